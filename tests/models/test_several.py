@@ -19,9 +19,13 @@ from several_scenes import growth, largest_error, length_of, pairs_of, several_s
 from damper import Parameters, SIParameters, State, events, simulate
 from damper.engine.compiled import plain
 from damper.engine.model import read_segment
-from damper.engine.segment import CAUSE, DURATION, IMPACT, PERIODS, TIME, V_BEFORE, V, X
+from damper.engine.segment import CAUSE, COLUMNS, DURATION, IMPACT, PERIODS, TIME, V_BEFORE, V, X
 from damper.models import start_run
 from damper.models.several import GAP, MODE, RATE, SIDE
+from damper.observers.common.base import Window
+from damper.observers.common.laws import LAW_NAMES, broken, excess
+from damper.observers.common.limits import mean_within
+from damper.observers.laws import Laws
 from damper.study.config import ConfigError, load_study
 from damper.sweep.runs import run_points
 
@@ -265,6 +269,45 @@ def test_elastic_masses_without_a_force_keep_their_energy() -> None:
     assert shares == pytest.approx(shares.mean(), rel=0.25)
 
 
+@pytest.mark.exhaustive
+def test_elastic_masses_share_their_energy_equally() -> None:
+    """Means over a million impacts: a quarter each to x, to v and to each mass, to one per cent.
+
+    Between events the primary swings and each mass flies, so these means have closed forms.
+    Confidence limits are those of 40 batches.
+    """
+    p = damper_of({}, {"mass_ratio": 0.3, "clearance": 0.7}, restitution=1.0)
+    x0, v0, u0 = 0.6, 0.3, [0.9, -0.4]
+    until, batches = 1e6, 40
+    start = State(x0, v0, [0.5, 0.5], u0)
+    table = events(p, start, until=until, max_events=10**7)
+    assert len(table) > 1e6
+    assert set(table["kind"]) == {0}
+    time = np.concatenate([[0.0], table["time"], [until]])
+    x, v = (np.concatenate([[at], table[name]]) for at, name in ((x0, "x"), (v0, "v")))
+    length = np.diff(time)
+    # Of x = x0 cos t + v0 sin t.
+    cos2, sin2 = 0.5 * np.sin(2.0 * length) / 2.0, np.sin(length) ** 2
+    square = x * x * (length / 2.0 + cos2) + v * v * (length / 2.0 - cos2) + x * v * sin2
+    twice = [square, (x * x + v * v) * length - square]
+    energy = 0.5 * (x * x + v * v)
+    for body, each in enumerate(p.each):
+        own = table["v"] - table["side"] * table["approach_speed"]
+        hit = np.concatenate([[True], table["body"] == body])
+        last = np.maximum.accumulate(np.where(hit, np.arange(len(hit)), 0))
+        u = np.concatenate([[u0[body]], own])[last]
+        energy += 0.5 * each.mass_ratio * u * u
+        twice.append(each.mass_ratio * u * u * length)
+    assert energy == pytest.approx(energy[0], rel=5e-12)
+    first = np.searchsorted(time[:-1], np.linspace(0.0, until, batches + 1)[:-1])
+    lengths = np.add.reduceat(length, first)
+    for part in twice:
+        mean, error = mean_within(np.add.reduceat(part, first), lengths, 0.95)
+        share, limit = mean / (2.0 * energy[0]), error / (2.0 * energy[0])
+        assert limit < 0.012 / 4.0
+        assert abs(share - 0.25) < 2.0 * limit
+
+
 @plain
 def test_the_energy_balance_closes() -> None:
     """To 1e-12 of the turnover, with weights and restitutions of their own."""
@@ -403,6 +446,82 @@ def test_studies_refuse_what_knows_one_mass(tmp_path: Path) -> None:
     path.write_text(yaml.safe_dump(study))
     with pytest.raises(ConfigError) as error:
         load_study(path)
-    for name in ("bursts", "lyapunov", "stroboscopic_section.free_mass"):
-        words = f"observers.{name}\n    {name} does not know several free masses (model several)"
+    for name in ("bursts", "stroboscopic_section"):
+        words = f"observers.{name}\n    {name} observes one free mass, and there are 3"
         assert words in str(error.value)
+    words = "observers.lyapunov\n    lyapunov does not know several free masses (model several)"
+    assert words in str(error.value)
+
+
+# --- the observer of the laws
+
+
+@pytest.fixture(scope="module")
+@plain
+def logged() -> tuple[Any, np.ndarray]:
+    """Two masses that chatter and stick under weight: trajectory and log."""
+    p = Parameters(**QUIET, masses=[{}, {"clearance": 0.4, "gravity": 0.1, "restitution": 0.5}])
+    run = start_run(p, State(0.1, 0.2, [0.0, 0.1], [0.0, 0.3]))
+    return run, np.concatenate([piece.copy() for piece in run.segments(2.0)])
+
+
+@plain
+def violated(run: Any, log: np.ndarray) -> set[str]:
+    observer = Laws()
+    observer.allocate(1, 2)
+    observer.begin(0, run, Window(0.0, 0.0, 2))
+    observer.observe(log[:7])
+    observer.observe(log[7:])
+    observer.finish(True)
+    found = observer.arrays
+    return {n for n in LAW_NAMES if excess(n, found[n], found["segments"])[0] > 1.0}
+
+
+def of_body(body: int, field: int) -> int:
+    return COLUMNS + 2 + 8 * body + field
+
+
+#: What is changed -> from which row of those that an impact of mass 1 begins, column, by how much.
+FAULTS = {
+    "momentum": (0, V, 1e-9),
+    "restitution_law": (0, of_body(1, RATE), 1e-9),
+    "penetration": (-1, DURATION, 1e-7),
+    "touch": (-1, DURATION, -1e-7),
+    "clock": (-1, DURATION, 1e-7),
+    "continuity": (0, of_body(0, GAP), 1e-9),
+    "energy_balance": (0, COLUMNS + 1, 1e-7),
+    "not_finite": (0, of_body(0, RATE), math.nan),
+}
+
+
+@pytest.mark.parametrize("law", FAULTS)
+def test_a_broken_law_is_found(logged: tuple[Any, np.ndarray], law: str) -> None:
+    run, log = logged
+    assert violated(run, log) == set()
+    after, column, change = FAULTS[law]
+    # One after a flight of both, while mass 0 flies.
+    hit = (log[:, CAUSE] == IMPACT) & (log[:, COLUMNS] == 1.0) & (log[:, of_body(1, MODE)] == 0.0)
+    flies = (log[:, of_body(0, MODE)] == 0.0) & (log[:, of_body(0, GAP)] > 0.01)
+    hit[1:] &= flies[:-1] & flies[1:] & (log[:-1, DURATION] > 0.0)
+    [row, *_] = np.flatnonzero(hit)
+    changed = log.copy()
+    changed[row + after, column] += change
+    assert law in violated(run, changed[: row + 1] if column != COLUMNS + 1 else changed)
+
+
+def test_a_tensile_force_of_one_mass_is_found(logged: tuple[Any, np.ndarray]) -> None:
+    run, log = logged
+    released = (log[:, CAUSE] == 2.0) & (log[:, of_body(0, RATE)] == 0.0)
+    row = next(k for k in np.flatnonzero(released) if log[k - 1, DURATION] > 0.01)
+    changed = log.copy()
+    changed[row - 1, DURATION] += 1e-6
+    assert "tensile_force" in violated(run, changed[:row])
+
+
+@plain
+def test_random_masses_keep_every_law() -> None:
+    for seed, force in enumerate(FORCES):
+        values, state = several_scene(force, seed)
+        ask = {"transient": 1, "periods": 1, "max_events": 2000}
+        found, _ = run_points([values], ["laws"], state=State(*state), **ask)
+        assert not broken(found).any(), force

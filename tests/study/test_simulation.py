@@ -149,7 +149,7 @@ def test_arguments_are_the_quantities_and_the_settings() -> None:
     assert [*parameters][: len(ALL)] == [*ALL]
     assert [*parameters][len(ALL) :] == [
         *("transient", "periods", "accuracy", "max_events"),
-        *("observers", "follow", "initial", "forcing", "draws", "state", "workers"),
+        *("observers", "follow", "initial", "forcing", "masses", "draws", "state", "workers"),
     ]
     for name in parameters:
         assert name in simulate.__doc__

@@ -7,14 +7,16 @@ in some of them stands in docs/limits.md.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from damper.analysis.places import need_variables
 from damper.observers.common.laws import LAW_NAMES, excess
-from damper.parameters import Parameters
 from damper.parameters.lazy import pd, xr
+from damper.parameters.masses import split
+from damper.parameters.named import damper_of
 from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
 from damper.parameters.variables import STATUS_MEANINGS
+from damper.sweep.record import masses_of
 
 #: Laws whose violation is a number worth reading; the other one either holds or does not.
 GRADED = tuple(name for name in LAW_NAMES if name != "not_finite")
@@ -62,6 +64,7 @@ REGIMES = (
     ),
     Regime("heavily damped support", "support_damping >= 100 * mass_ratio", "grounded"),
     Regime("time-varying", "", "time_varying"),
+    Regime("several masses", "", "several"),
     Regime("compliant", "", "compliant"),
     Regime("stiff contact", "contact_stiffness_ratio >= 1e8", "compliant"),
 )
@@ -124,7 +127,9 @@ def runs_of(cube: xr.Dataset) -> pd.DataFrame:
         raise ValueError(f"laws: the record is a {periods}: regimes need its length in cycles")
     defaults = {n: ALL[n].default for n in _QUANTITIES if n not in runs}
     runs = runs.assign(**defaults, periods=periods)
-    dampers = [Parameters(**values) for values in runs[list(PARAMETER_NAMES)].to_dict("records")]
+    names = [*PARAMETER_NAMES, *filter(split, runs)]
+    masses: dict[str, Any] = {name: [{}] * count for name, count in masses_of(cube).items()}
+    dampers: list[Any] = [damper_of(values | masses) for values in runs[names].to_dict("records")]
     return runs.assign(
         model=[damper.model for damper in dampers],
         support_damping=[damper.support_damping for damper in dampers],
@@ -144,7 +149,7 @@ def _excesses(runs: pd.DataFrame) -> pd.DataFrame:
 
 def _row(regime: Regime, runs: pd.DataFrame, far: pd.DataFrame) -> Row:
     run, law = far.fillna(-1.0).stack().idxmax()
-    values = runs.loc[run, list(_QUANTITIES)].to_dict()
+    values = runs.loc[run, [*_QUANTITIES, *filter(split, runs)]].to_dict()
     return Row(
         regime,
         [int((runs.status == code).sum()) for code in range(len(STATUS_MEANINGS))],

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from damper.parameters.lazy import pd, xr
-from damper.parameters.quantities import ALL, unknown_name
+from damper.parameters.quantities import quantities_in, unknown_name
 from damper.sweep.grid import product
 
 #: Values of an axis, as they come.
@@ -34,7 +34,7 @@ def fixed_values(cube: xr.Dataset) -> dict[str, float]:
     ValueError where it has lost one since it was made.
     """
     need_coordinates(cube, *str(cube.attrs.get("quantities", "")).split())
-    return {n: float(cube[n]) for n in ALL if n in cube.coords and cube[n].ndim == 0}
+    return {n: float(cube[n]) for n in quantities_in(cube.coords) if cube[n].ndim == 0}
 
 
 def within(values: Values, low: float = -math.inf, high: float = math.inf) -> Values:
@@ -82,7 +82,7 @@ def need_cube(cube: Any) -> None:
             f"cube is a {type(cube).__name__}: must be an xarray.Dataset, "
             "from damper.simulate or a study's cube.nc"
         )
-    need_coordinates(cube, *(name for name in ALL if name in cube.dims))
+    need_coordinates(cube, *quantities_in(cube.dims))
     for dim, size in cube.sizes.items():
         if size == 0:
             raise ValueError(f"the cube has nothing along {dim!r}: select at least one value")
@@ -91,7 +91,7 @@ def need_cube(cube: Any) -> None:
 def need_axes(cube: xr.Dataset, *names: str) -> None:
     """Raise ValueError unless a cube has axes of these names; TypeError when it is no cube."""
     need_cube(cube)
-    axes = [name for name in ALL if name in cube.dims]
+    axes = quantities_in(cube.dims)
     for k, name in enumerate(names):
         if not isinstance(name, str) or name not in axes:
             raise ValueError(str(unknown_name("axis", name, axes)))

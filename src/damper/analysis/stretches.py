@@ -101,8 +101,20 @@ def forcing_frequency(place: xr.Dataset) -> str:
 
 
 def half_gap(place: xr.Dataset) -> float:
-    """Distance from the centre to each wall, in the cube's unit of length."""
-    return float(place.clearance if "clearance" in place.coords else 0.5 * place.gap)
+    """Distance from the centre to each wall, in the cube's unit of length; of its `body`."""
+    body, coords = int(place.coords.get("body", 0)), place.coords
+    for name, part in (("clearance", 1.0), ("gap", 0.5)):
+        if f"{name}_{body}" in coords:
+            return part * float(coords[f"{name}_{body}"])
+        if name in coords:
+            units = float(coords.get("unit_count", 1.0))
+            wider = body / (units - 1.0) * 2.0 - 1.0 if units > 1.0 else 0.0
+            return (
+                part
+                * float(coords[name])
+                * (1.0 + wider * float(coords.get("clearance_spread", 0.0)))
+            )
+    raise ValueError("the cube has lost how far the walls are apart")
 
 
 def rows_between(time: np.ndarray, start: float, stop: float | None) -> slice:

@@ -12,8 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine.dispatch import by_class, by_class_or_default
-from damper.engine.segment import COLUMNS, Segment, segment_at, write_segment
+from damper.engine.segment import COLUMNS, FLIGHT, Segment, segment_at, write_segment
 from damper.parameters import State
+
+#: In place of a time, for `masses_at`: the start of a segment.
+BEFORE, AFTER = -2.0, -1.0
 
 
 class Step(NamedTuple):
@@ -84,6 +87,24 @@ def masses_in(model: Any, state: State) -> tuple[Any, Any]:
     return y, u
 
 
+@singledispatch
+def count_masses(model: Any) -> int:
+    """How many free masses there are. This and the next two never run compiled."""
+    return 1
+
+
+@singledispatch
+def view_of_mass(model: Any, body: int) -> Any:
+    """Constants for what observes one of several free masses alone."""
+    return model
+
+
+@singledispatch
+def log_of_mass(model: Any, log: np.ndarray, body: int) -> np.ndarray:
+    """Return the log as one of several free masses has it: others' events begin segments only."""
+    return log
+
+
 @by_class_or_default
 def read_segment(model: Any, row: np.ndarray) -> Any:
     """Read a row of the log: a `Segment`, or what has its fields and more."""
@@ -94,6 +115,25 @@ def read_segment(model: Any, row: np.ndarray) -> Any:
 def write_row(model: Any, row: np.ndarray, segment: Any, duration: float) -> None:
     """Write a segment of this duration into a row of the log."""
     write_segment(row, segment, duration)
+
+
+@by_class_or_default
+def masses_at(model: Any, segment: Any, tau: float, masses: np.ndarray) -> tuple[float, float]:
+    """Displacement and velocity of the primary; each free mass in a row of `masses`.
+
+    Displacement, velocity and mode of the mass, a time `tau` after the segment's start, or at its
+    very start, `AFTER` what begins it or just `BEFORE`.
+    """
+    s = segment
+    x, v, gap, rate, mode = s.x, s.v, s.gap, s.gap_rate, s.mode
+    if tau == BEFORE:
+        v, gap, rate, mode = s.v_before, 0.0, -s.speed, FLIGHT
+    elif tau != AFTER:
+        x, v, gap, rate = motion(model, s, tau)
+    masses[0, 0] = x + s.side * (model.clearance - gap)
+    masses[0, 1] = v - s.side * rate
+    masses[0, 2] = mode
+    return x, v
 
 
 @by_class_or_default

@@ -63,6 +63,8 @@ class Trajectory:
     ) -> None:
         state = state or _REST
         self.model = model
+        #: Number of the one of several free masses that an observer is to see; all of them.
+        self.body: int | None = None
         self.cycle = model.cycle
         self.start = self.whole_periods(state.time)
         self.columns = columns_of(model)

@@ -33,7 +33,7 @@ from damper.figures.common.undamped import OVER, REFERENCE, undamped
 from damper.figures.overlays import Panels, draw_overlays
 from damper.parameters.dampers import BASIC
 from damper.parameters.lazy import Artist, Axes, Figure, xr
-from damper.parameters.quantities import ALL, INITIAL_NAMES
+from damper.parameters.quantities import INITIAL_NAMES, quantities_in
 from damper.parameters.units import units_of
 from damper.study import products
 from damper.study.fields import Pair, Some, Text, one_of
@@ -356,7 +356,7 @@ def _raised(ax: Axes, points: float) -> ScaledTranslation:
 def _remarks(place: xr.Dataset, variables: Sequence[str]) -> list[str]:
     remarks = []
     if "draw" in place.dims:
-        drawn = [name for name in ALL if name in place.coords and place[name].dims == ("draw",)]
+        drawn = [n for n in quantities_in(place.coords) if place[n].dims == ("draw",)]
         what = "initial states" if set(drawn) <= {*INITIAL_NAMES} else "draws"
         remarks += [f"{place.sizes['draw']} random {what}"]
     sampled = [name for name in variables if name not in (*LOGARITHMIC, _MULTIPLIER)]

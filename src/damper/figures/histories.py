@@ -66,9 +66,12 @@ class Histories(TrajectoryFigure):
     Bursts of chatter and stretches of sticking are shaded.
     """
 
-    roles: ClassVar[Mapping[str, Role]] = {"panels": Role(most=MOST_PANELS), "each": Role()}
+    roles: ClassVar[Mapping[str, Role]] = {
+        "panels": Role(most=MOST_PANELS, bodies=True),
+        "each": Role(),
+    }
 
-    panels: Annotated[Text, Field(description="Axis of whose values each makes a panel.")]
+    panels: Annotated[Text, Field(description="Axis, or body, of whose values each makes a panel.")]
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
@@ -131,7 +134,8 @@ def _remarks(place: xr.Dataset) -> list[str]:
 
 
 def _ordinate(place: xr.Dataset) -> str:
-    gap = SYMBOLS["clearance"] if "clearance" in place.coords else f"({SYMBOLS['gap']}/2)"
+    si = stretches.forcing_frequency(place) != "frequency_ratio"
+    gap = f"({SYMBOLS['gap']}/2)" if si else SYMBOLS["clearance"]
     return label("relative displacement", f"$(y - x)$ / {gap}", "1")
 
 

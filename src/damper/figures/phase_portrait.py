@@ -45,12 +45,15 @@ class PhasePortrait(FigureSettings):
     """Phase portraits of the primary and of the relative motion, and the Poincaré map."""
 
     needs = ("trajectory", SECTIONS)
-    roles: ClassVar[Mapping[str, Role]] = {"columns": Role(most=MOST_COLUMNS), "each": Role()}
+    roles: ClassVar[Mapping[str, Role]] = {
+        "columns": Role(most=MOST_COLUMNS, bodies=True),
+        "each": Role(),
+    }
 
     columns: Annotated[
         Text | None,
         Field(
-            description="Axis of whose values each makes a column of panels; "
+            description="Axis, or body, of whose values each makes a column of panels; "
             f"{MOST_COLUMNS} at most."
         ),
     ] = None

@@ -12,8 +12,19 @@ from pydantic import Field
 
 from damper.analysis.stretches import forcing_frequency, half_gap, rows_between, sticking
 from damper.figures.common.layout import select
-from damper.figures.common.panels import finish, legend_line, legend_patch, panel_grid, title
-from damper.figures.common.style import BLACK, BLUE, STUCK, SYMBOLS, VERMILION, label
+from damper.figures.common.panels import finish, legend_line, legend_patch, panel_grid, parts, title
+from damper.figures.common.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    STUCK,
+    SYMBOLS,
+    VERMILION,
+    label,
+)
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.study.messages import Mistakes
@@ -38,13 +49,21 @@ _MOST_POINTS = 20_000
 _PRIMARY: dict[str, Any] = {"color": BLACK, "lw": 0.9}
 _WITHOUT: dict[str, Any] = {"color": BLUE, "lw": 0.9, "ls": "--"}
 _FREE: dict[str, Any] = {"color": VERMILION, "lw": 0.9, "ls": "-"}
+#: Of several free masses in turn.
+_COLOURS = (VERMILION, BLUE, GREEN, PURPLE, SKY, ORANGE)
+#: Heights of a panel of displacements, and of all that is not one, in inches.
+_PANEL, _REST = 1.4, 2.5
 _WALL: dict[str, Any] = {"color": "#777777", "lw": 0.5}
 _BETWEEN: dict[str, Any] = {"color": "#E8E8E8", "lw": 0.0}
 
 
 class TrajectoryFigure(FigureSettings):
-    """Displacements and velocities of both masses over time, at one point."""
+    """Displacements and velocities of both masses over time, at one point.
 
+    Of several free masses each has its displacement in a panel of its own, or body in at chooses.
+    """
+
+    draws_bodies = True
     needs = ("trajectory",)
     roles: ClassVar[Mapping[str, Role]] = {"each": Role()}
 
@@ -84,39 +103,70 @@ class TrajectoryFigure(FigureSettings):
 
 
 def draw(results: Mapping[str, Any], settings: TrajectoryFigure) -> Figure:
-    """Draw both masses' displacements (above) and velocities (below) over time.
+    """Draw all masses' displacements (above) and velocities (below) over time.
 
     ValueError where the sampled stretch does not reach to the start.
     """
     start, stop = settings.start, settings.stop
-    place = select(
-        results["cube"], with_drive(results["cube"], _VARIABLES), settings.at, ("instant",)
-    )
+    cube, at = results["cube"], settings.at or {}
+    axis = "body" if cube.sizes.get("body", 0) > 1 and "body" not in at else None
+    place = select(cube, with_drive(cube, _VARIABLES), at, ("instant", axis))
     piece = place.isel(instant=rows_between(in_periods(place), start, stop))
     unit = units_in_a_cycle(place)
     time = in_periods(piece) * unit
-    figure, top, (above, below) = driven_grid(place, 2, height=3.9)
+    masses = parts(piece, axis)
+    height = 3.9 if axis is None else _PANEL * len(masses) + _REST
+    figure, top, (*above, below) = driven_grid(place, len(masses) + 1, height=height)
     if top is not None:
         draw_drive(top, time, piece)
     raster: dict[str, Any] = {"rasterized": time.size > _MOST_POINTS}
-    _walls(above, time, piece, raster)
-    for ax, name in ((above, "displacement"), (below, "velocity")):
-        primary, free = piece[f"trajectory_{name}"], piece[f"trajectory_free_{name}"]
-        if _ALONE in piece and name == "displacement":
-            alone = np.isfinite(piece[_ALONE].values)
-            above.plot(time[alone], piece[_ALONE].values[alone], **_WITHOUT, **raster)
-        ax.plot(time, primary.values, **_PRIMARY, **raster)
-        ax.plot(time, free.values, **_FREE, **raster)
-        symbols = "$x$, $y$" if name == "displacement" else r"$\dot x$, $\dot y$"
-        ax.set_ylabel(label(name, symbols, units_of(primary.attrs)))
-        stuck = _shade_sticking(ax, time, piece)
+    lines, stuck = dict[str, dict[str, Any]](), False
+    for k, (ax, (text, run)) in enumerate(zip(above, masses, strict=True)):
+        free = _FREE | {"color": _COLOURS[k % len(_COLOURS)]}
+        primary, mass = _symbols(text)
+        lines[f"{text or 'free mass'} {mass}"] = free
+        title(ax, text, pad=3.0)
+        _walls(ax, time, run, raster)
+        if _ALONE in run:
+            alone = np.isfinite(run[_ALONE].values)
+            ax.plot(time[alone], run[_ALONE].values[alone], **_WITHOUT, **raster)
+        _motions(ax, time, run, "displacement", free, raster)
+        _motions(below, time, run, "velocity", free, raster)
+        # Of several masses the panels are low.
+        words = "" if text else "displacement"
+        units = units_of(run.trajectory_displacement.attrs)
+        ax.set_ylabel(label(words, f"{primary}, {mass}", units))
+        stuck |= _shade_sticking(ax, time, run)
+    symbols = r"$\dot x$, $\dot y$" if axis is None else r"$\dot x$, $\dot y_k$"
+    below.set_ylabel(label("velocity", symbols, units_of(piece.trajectory_velocity.attrs)))
+    if axis is None:
+        _shade_sticking(below, time, piece)
     below.set_xlim(start * unit, time[-1] if stop is None else min(stop * unit, time[-1]))
     below.set_xlabel(time_label(place))
     if left_out := int(place.trajectory_events_left_out):
         text = f"{left_out} events did not fit: corners may be cut (observers: trajectory: events)"
-        above.set_title(text, loc="right")
+        above[0].set_title(text, loc="right")
     handles = [legend_line("primary without damper", **_WITHOUT)] if _ALONE in piece else []
-    return finish(figure, place, settings.caption, [*handles, *_handles(stuck)])
+    return finish(figure, place, settings.caption, [*handles, *_handles(lines, stuck)])
+
+
+def _symbols(mass: str) -> tuple[str, str]:
+    """Symbols of the displacements of the primary, and of a mass by its title."""
+    number = mass.removeprefix("mass ")
+    return "$x$", f"$y_{{{number}}}$" if number else "$y$"
+
+
+def _motions(
+    ax: Axes,
+    time: np.ndarray,
+    run: xr.Dataset,
+    name: str,
+    free: Mapping[str, Any],
+    raster: Mapping[str, Any],
+) -> None:
+    """Draw displacements or velocities of the primary and of a free mass."""
+    ax.plot(time, run[f"trajectory_{name}"].values, **_PRIMARY, **raster)
+    ax.plot(time, run[f"trajectory_free_{name}"].values, **free, **raster)
 
 
 def in_periods(run: xr.Dataset) -> np.ndarray:
@@ -191,10 +241,10 @@ def _shade_sticking(ax: Axes, time: np.ndarray, piece: xr.Dataset) -> bool:
     return bool(stretches)
 
 
-def _handles(stuck: bool) -> list[Artist]:
+def _handles(free: Mapping[str, Mapping[str, Any]], stuck: bool) -> list[Artist]:
     return [
         legend_line("primary $x$", **_PRIMARY),
-        legend_line("free mass $y$", **_FREE),
+        *(legend_line(text, **line) for text, line in free.items()),
         legend_patch("between the walls", facecolor="#E8E8E8", edgecolor="#777777", lw=0.5),
         *([legend_patch("sticking", **STUCK)] if stuck else []),
     ]

@@ -50,6 +50,43 @@ def force_size(mass: Any, model: Any, segment: Segment, tau: float, at: Sample) 
     """Size of the terms of what parts masses that stick."""
 
 
+@by_class
+def compare_masses(model: Any, last: Any, segment: Any, found: Any) -> None:
+    """Compare the end of a segment of several free masses with the start of the next one."""
+
+
+@by_class
+def sample_masses(model: Any, segment: Any, found: Any) -> None:
+    """Look at samples of a segment of several free masses: beyond walls, at contact forces."""
+
+
+@compiled
+def larger(old: float, new: float) -> float:
+    """The larger of the two; the old one is NaN as long as there is none."""
+    return old if old >= new else new
+
+
+@compiled
+def violation(difference: float, size: float) -> float:
+    """A difference over the size of its terms; none is no violation, whatever the size."""
+    return abs(difference) / size if difference != 0.0 else 0.0
+
+
+#: Samples of a segment beside its end; of one in which little can turn, and of a long one.
+SAMPLES, FEWEST_SAMPLES, MOST_SAMPLES = 8, 3, 64
+#: Product of a segment's length and the primary's fastest rate below which little can turn.
+SHORT = 0.5
+
+
+@compiled
+def samples_in(rate: float, forcing_rate: float, duration: float) -> int:
+    """Number of samples of a flight whose primary has this fastest rate."""
+    if max(rate, forcing_rate) * duration <= SHORT:
+        return FEWEST_SAMPLES
+    swings = duration * max(1.0, forcing_rate)
+    return int(min(max(swings, float(SAMPLES)), float(MOST_SAMPLES)))
+
+
 def have_rigid_walls(kind: type) -> None:
     """Let the contact force of a model be that of rigid walls."""
     contact_force.of(kind)(rigid_contact_force)

@@ -14,9 +14,10 @@ from damper.figures.common.layout import geometric
 from damper.notebook.run import Run, drawn, recorded
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.lazy import Figure
-from damper.parameters.quantities import ALL, INITIAL_NAMES, check_quantity, is_si, unknown_name
+from damper.parameters.named import damper_of
+from damper.parameters.quantities import ALL, check_quantity, quantities_in, unknown_name
 from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
-from damper.sweep.record import followed, force_of, observers_of, settings_of
+from damper.sweep.record import followed, force_of, masses_of, observers_of, settings_of
 from damper.sweep.runs import last_of_chain
 
 if TYPE_CHECKING:
@@ -108,21 +109,22 @@ class CubeAccessor:
             raise ValueError("the runs of this cube start from a state of their own: damper.run")
         place = self._cube.sel(self._place(point))
         values: dict[str, Any] = fixed_values(place) | force_of(place)
+        values |= {name: [{}] * count for name, count in masses_of(place).items()}
         chain = [values]
         for name, along in followed(place).items():
             need_coordinates(place, "direction")
             up, here = place.direction.item() == "up", values[name]
             before = sorted(v for v in along if (v < here if up else v > here))
             chain = [values | {name: v} for v in (*(before if up else before[::-1]), here)]
-        kind = SIParameters if is_si(values) else Parameters
-        parameters = kind(**{n: v for n, v in values.items() if n not in INITIAL_NAMES})
-        return parameters, *last_of_chain(chain, about["primary_starts"], **settings_of(self._cube))
+        return damper_of(values), *last_of_chain(
+            chain, about["primary_starts"], **settings_of(self._cube)
+        )
 
     def _place(self, point: Mapping[str, Any]) -> dict[str, Any]:
         """Values of the grid that a point means, along all axes and branches."""
         need_cube(self._cube)
-        names = (*ALL, "direction", "draw")
-        axes = {name: self._cube[name] for name in names if name in self._cube.dims}
+        branches = (name for name in ("direction", "draw") if name in self._cube.dims)
+        axes = {name: self._cube[name] for name in (*quantities_in(self._cube.dims), *branches)}
         for name in point:
             if name not in axes:
                 raise ValueError(str(unknown_name("dimension", name, axes)))

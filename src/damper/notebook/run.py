@@ -18,6 +18,7 @@ from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.lazy import Figure, pd, xr
 from damper.parameters.quantity import real, whole
 from damper.parameters.run import RunSettings
+from damper.study.products import MOST_COLUMNS
 from damper.study.simulation import simulate
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
@@ -62,12 +63,14 @@ class Run:
 
     @cached_property
     def motion(self) -> xr.Dataset:
-        """Both masses' motion over ``time``, in equal steps; the events stand in `events`.
+        """All masses' motion over ``time``, in equal steps; the events stand in `events`.
 
-        Variables are ``displacement``, ``velocity``, ``free_displacement`` and ``free_velocity``.
+        Variables are ``displacement``, ``velocity``, ``free_displacement`` and ``free_velocity``;
+        these two have a dimension ``body`` where there are several free masses.
         """
         prefix = "trajectory_"
         rows = self.cube[[str(n) for n in self.cube.data_vars if "instant" in self.cube[n].dims]]
+        rows = rows.drop_vars("trajectory_body", errors="ignore")
         rows = rows.rename({name: str(name).removeprefix(prefix) for name in rows.data_vars})
         sampled = np.isfinite(rows.time.values) & np.isnan(rows.event.values)
         rows = rows.isel(instant=sampled).set_coords("time").drop_vars("event")
@@ -93,12 +96,18 @@ class Run:
         return length.cycles(cycle, self.parameters.forcing.end - begun)[0] * cycle + begun
 
     def plot(self, start: float = 0.0, stop: float | None = None) -> Figure:
-        """Draw both masses over time, from and to so many cycles of the record."""
+        """Draw all masses over time, from and to so many cycles of the record."""
         return drawn("trajectory", self.cube, start=start, stop=stop)
 
-    def portrait(self) -> Figure:
-        """Draw its phase portraits and its stroboscopic section."""
-        return drawn("phase_portrait", self.cube)
+    def portrait(self, *bodies: int) -> Figure:
+        """Draw its phase portraits and its stroboscopic section.
+
+        Of several free masses the first three, or those of these numbers, in columns.
+        """
+        if "body" not in self.cube.dims:
+            return drawn("phase_portrait", self.cube)
+        shown = self.cube.sel(body=list(bodies or self.cube.body.values[:MOST_COLUMNS]))
+        return drawn("phase_portrait", shown, columns="body")
 
 
 def drawn(kind: str, cube: xr.Dataset, **settings: Any) -> Figure:
@@ -192,9 +201,11 @@ def recorded(
     **given: Any,
 ) -> Run:
     """Return the run of a point with what `Run` needs."""
+    damper = parameters.dimensionless
+    each = {"bodies": range(len(damper.each))} if damper.model == "several" else {}
     observers = {
-        "trajectory": {"events": MOST, **trajectory},
-        "bursts": {"records": MOST},
+        "trajectory": {"events": MOST, **trajectory, **each},
+        "bursts": {"records": MOST, **each},
         "stroboscopic_section": {},
     }
     cube = simulate(state=state, observers=observers, **(given | parameters.given))

@@ -41,13 +41,23 @@ def writable(name: str) -> list[tuple["Variable", str]]:
     [('approach_speed', 'speeds'), ('max_impulse', 'largest'), ('max_impact_loss', 'largest')]
     """
     cls = observer_class(name)
-    more = {key: _unlike(setting.default) for key, setting in cls.settings.items()}
+    more = {key: _unlike(s.default) for key, s in cls.settings.items() if key != "bodies"}
     made = {"": cls()} | {key: cls(**{key: v}) for key, v in more.items() if v is not None}
     found: dict[str, tuple[Variable, str]] = {}
     for key, observer in made.items():
         for variable in observer.variables:
             found.setdefault(variable.name, (variable, key))
     return list(found.values())
+
+
+def _made(kind: "type[Observer]", given: Mapping[str, Any]) -> "Observer":
+    """Make an observer; where it is to observe several free masses, one for each."""
+    observer = kind(**given)
+    if not observer.bodies or observer.sees_all:
+        return observer
+    from damper.observers.common.bodies import OfEachBody
+
+    return OfEachBody(kind, given)
 
 
 def _unlike(default: Any) -> Any:
@@ -105,7 +115,7 @@ def make_observers(requested: Iterable[str] | Mapping[str, Mapping[str, Any] | N
             raise TypeError(f"observers: {name} = {given!r}: must be a mapping of settings")
         if not all(isinstance(key, str) for key in given or ()):
             raise TypeError(f"observers: {name} = {given!r}: settings have names")
-        observer = observer_class(name)(**(given or {}))
+        observer = _made(observer_class(name), given or {})
         for variable in observer.variables:
             if variable.name in owner:
                 raise ValueError(
@@ -113,5 +123,11 @@ def make_observers(requested: Iterable[str] | Mapping[str, Mapping[str, Any] | N
                     f"{variable.name!r}: ask for one of them"
                 )
             owner[variable.name] = name
+        for other in made:
+            if observer.bodies and other.bodies and observer.bodies != other.bodies:
+                raise ValueError(
+                    f"observers {other.name!r} and {name!r} have other bodies, "
+                    f"{list(other.bodies)} and {list(observer.bodies)}: give both the same"
+                )
         made.append(observer)
     return made

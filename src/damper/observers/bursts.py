@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.segment import IMPACT, RELEASE, STICK, STICKING, TAIL, segment_at
+from damper.engine.model import read_segment
+from damper.engine.segment import IMPACT, RELEASE, STICK, STICKING, TAIL
 from damper.engine.trajectory import LOG_ROWS, Trajectory
 from damper.observers.common.base import (
     Observer,
@@ -22,7 +23,7 @@ from damper.observers.common.base import (
     since,
     visible_in_tail,
 )
-from damper.observers.common.settings import VISIBILITY, Setting
+from damper.observers.common.settings import BODIES, VISIBILITY, Setting
 from damper.parameters.variables import CHATTER_IMPACTS, LENGTH, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import TIME as TIME_UNIT
@@ -79,6 +80,7 @@ BURST = record_type(*(variable.name.removeprefix("burst_") for variable in RECOR
 class Bursts(Observer):
     """Bursts: their number, visible impacts and completion."""
 
+    bodies = BODIES
     threshold = VISIBILITY
     compare_thresholds = Setting(
         (), "More fractions at which to count, along the dimension `threshold`.", gt=0, lt=1
@@ -241,11 +243,11 @@ class EachBurst(Bursts):
 def _follow(model, log, window, thresholds, states, counts, listed):
     state = states[0]
     if state.wall == _UNKNOWN and len(log) > 0:
-        first = segment_at(log[0])
+        first = read_segment(model, log[0])
         state.wall = _EARLIER if first.first_speed > 0.0 else _NONE
         state.earlier_wall = first.side
     for index in range(len(log)):
-        s = segment_at(log[index])
+        s = read_segment(model, log[index])
         start = since(s, model.cycle, window.periods, window.time)
         is_sticking = s.mode == STICKING
         if state.wall == _EARLIER and (

@@ -16,7 +16,7 @@ from damper.observers.common.base import (
     since,
     visible_in_tail,
 )
-from damper.observers.common.settings import VISIBILITY, Setting
+from damper.observers.common.settings import BODIES, VISIBILITY, Setting
 from damper.parameters.models import MODELS
 from damper.parameters.variables import ENERGY, IMPULSE, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
@@ -33,6 +33,7 @@ class Impacts(Observer):
     """
 
     models = tuple(MODELS)
+    bodies = BODIES
     threshold = VISIBILITY
     speeds = Setting(
         0, "Visible impacts of each run whose approach speeds are listed, the first ones.", ge=0

@@ -14,7 +14,7 @@ from damper.engine.bodies import strength_on, weight_on
 from damper.engine.compiled import compiled
 from damper.engine.forcing import bound_of, rate_of
 from damper.engine.impact import law_at, restitution_at
-from damper.engine.model import begin, mass_ratio_at, motion
+from damper.engine.model import begin, count_masses, mass_ratio_at, motion, read_segment
 from damper.engine.segment import (
     COLUMNS,
     CONTACT,
@@ -28,21 +28,25 @@ from damper.engine.segment import (
 )
 from damper.engine.trajectory import Trajectory
 from damper.models.laws import (
+    FEWEST_SAMPLES,
+    SAMPLES,
+    SHORT,
     Sample,
+    compare_masses,
     contact_force,
     contact_speed,
     flight_at,
     force_bound,
+    larger,
     mass_speed,
+    sample_masses,
+    samples_in,
+    violation,
 )
 from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
 from damper.observers.common.base import Observer, Window, fields_of, record_type
 from damper.observers.common.laws import LAW_NAMES, LAW_VARIABLES, SEGMENTS
-
-#: Samples of a segment beside its end; of one in which little can turn, and of a long one.
-_SAMPLES, _FEWEST_SAMPLES, _MOST_SAMPLES = 8, 3, 64
-#: Product of a segment's length and the primary's fastest rate below which little can turn.
-_SHORT = 0.5
+from damper.parameters.models import MODELS
 
 #: Largest violation of each law in a run, what the energy balance needs, and how many segments.
 _FOUND = record_type(
@@ -62,6 +66,7 @@ class Laws(Observer):
     early is as long as it came.
     """
 
+    models = tuple(MODELS)
     variables = (*LAW_VARIABLES, SEGMENTS)
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
@@ -72,11 +77,15 @@ class Laws(Observer):
         self._found = np.zeros(1, _FOUND)
         for name in ("touch", "momentum", "restitution_law", "tensile_force"):
             self._found[name] = np.nan
-        self._last = np.zeros(COLUMNS)
+        self._several = count_masses(self._model) > 1
+        self._last = np.zeros(trajectory.columns)
         self._end = np.zeros(1, _SAMPLE)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
+        if self._several:
+            _follow_several(self._model, self._tables, log, self._found, self._last)
+            return
         _follow(self._model, self._tables, log, self._found, self._last, self._end)
 
     def finish(self, finished: bool) -> None:
@@ -111,7 +120,7 @@ def _follow(model, tables, log, records, last, ends):
         _add_energies(model, tables, s, index == len(log) - 1, found)
         mass_ratio = mass_ratio_at(model, s.periods, s.time)
         last_size = _kinetic_size(mass_ratio, at.v, at.rate, at.v - s.side * at.rate)
-        found.largest = _larger(found.largest, last_size)
+        found.largest = larger(found.largest, last_size)
         found.segments += 1.0
         write_segment(last, s, s.duration)
     end.x = at.x
@@ -119,6 +128,24 @@ def _follow(model, tables, log, records, last, ends):
     end.gap = at.gap
     end.rate = at.rate
     end.terms = at.terms
+
+
+@compiled
+def _follow_several(model, tables, log, records, last):
+    found = records[0]
+    for index in range(len(log)):
+        if not np.all(np.isfinite(log[index])):
+            found.not_finite += 1.0
+        s = read_segment(model, log[index])
+        if found.segments > 0.0:
+            before = read_segment(model, last)
+            passed = (s.periods - before.periods) * model.cycle + (s.time - before.time)
+            found.clock = larger(found.clock, abs(passed - before.duration) / model.cycle)
+            compare_masses(model, before, s, found)
+        sample_masses(model, s, found)
+        _add_energies(model, tables, s, index == len(log) - 1, found)
+        found.segments += 1.0
+        last[:] = log[index]
 
 
 @compiled
@@ -152,22 +179,10 @@ def _add_energies(model, tables, s, is_last, found):
 
 
 @compiled
-def _larger(old, new):
-    """The larger of the two; the old one is NaN as long as there is none."""
-    return old if old >= new else new
-
-
-@compiled
-def _part(difference, size):
-    """A difference over the size of its terms; none is no violation, whatever the size."""
-    return abs(difference) / size if difference != 0.0 else 0.0
-
-
-@compiled
 def _compare(model, last, end, s, found):
     """Compare the end of one segment with the start of the next one."""
     passed = (s.periods - last.periods) * model.cycle + (s.time - last.time)
-    found.clock = _larger(found.clock, abs(passed - last.duration) / model.cycle)
+    found.clock = larger(found.clock, abs(passed - last.duration) / model.cycle)
     gap = end.gap
     rate = end.rate
     force = force_bound(model)
@@ -181,22 +196,22 @@ def _compare(model, last, end, s, found):
     added += abs(last.v) * min(2.0 * model.free.damping * last.duration, 1.0)
     added += mass_speed(model.mass, model.clearance, abs(end.x), abs(last.v), last.duration)
     speeds = abs(last.v) + abs(last.gap_rate) + abs(end.v) + abs(rate) + added
-    jump = _larger(_part(s.x - end.x, size), _part(s.v_before - end.v, speeds))
+    jump = larger(violation(s.x - end.x, size), violation(s.v_before - end.v, speeds))
     if s.cause == IMPACT and s.mode != CONTACT:
-        found.touch = _larger(found.touch, _part(gap, size))
+        found.touch = larger(found.touch, violation(gap, size))
         rebound = -restitution_at(law_at(model.law, s.side), -rate) * rate
-        law = _part(s.gap_rate - rebound, abs(last.gap_rate) + abs(rate) + added)
-        found.restitution_law = _larger(found.restitution_law, law)
+        law = violation(s.gap_rate - rebound, abs(last.gap_rate) + abs(rate) + added)
+        found.restitution_law = larger(found.restitution_law, law)
         mass_ratio = mass_ratio_at(model, s.periods, s.time)
         # The free mass's velocity is v - side * rate, from the new segment's wall on both sides.
         change = (s.v - end.v) + mass_ratio * ((s.v - end.v) - s.side * (s.gap_rate - rate))
-        momentum = _part(change, speeds * (1.0 + mass_ratio))
-        found.momentum = _larger(found.momentum, momentum)
+        momentum = violation(change, speeds * (1.0 + mass_ratio))
+        found.momentum = larger(found.momentum, momentum)
     else:
-        jump = _larger(jump, _part(s.gap - gap, size))
-        jump = _larger(jump, _part(s.v - end.v, speeds))
-        jump = _larger(jump, _part(s.gap_rate - rate, speeds))
-    found.continuity = _larger(found.continuity, jump)
+        jump = larger(jump, violation(s.gap - gap, size))
+        jump = larger(jump, violation(s.v - end.v, speeds))
+        jump = larger(jump, violation(s.gap_rate - rate, speeds))
+    found.continuity = larger(found.continuity, jump)
 
 
 @compiled
@@ -207,12 +222,7 @@ def _sample_flight(model, s, found):
     """
     start = begin(model, s)
     forcing_rate = rate_of(model.free.forcing)
-    swings = s.duration * max(1.0, forcing_rate)
-    samples = _SAMPLES
-    if max(model.free.rate, forcing_rate) * s.duration <= _SHORT:
-        samples = _FEWEST_SAMPLES
-    elif swings > _SAMPLES:
-        samples = _MOST_SAMPLES if swings > _MOST_SAMPLES else int(swings)
+    samples = samples_in(model.free.rate, forcing_rate, s.duration)
     tau = 0.0
     rate = s.gap_rate
     depth = 0.0
@@ -225,7 +235,7 @@ def _sample_flight(model, s, found):
         # Denser towards both ends, where the walls are.
         now = s.duration * (part * part * (3.0 - 2.0 * part)) if k < samples else s.duration
         at = flight_at(model, s, start, turn if turn >= 0.0 else now)
-        depth = _larger(depth, _depth(model, at))
+        depth = larger(depth, _depth(model, at))
         if turn >= 0.0:
             turn = -1.0
             continue
@@ -238,7 +248,7 @@ def _sample_flight(model, s, found):
         tau = now
         rate = at.rate
         k += 1
-    found.penetration = _larger(found.penetration, depth)
+    found.penetration = larger(found.penetration, depth)
     return end
 
 
@@ -258,12 +268,12 @@ def _sample_contact(model, s, found):
         half = 0.5 * (1.0 - restitution_at(law_at(model.law, s.side), 0.0)) * s.completion
         x, v, gap, rate = motion(model, s, min(half, s.duration))
         depth = _depth(model, Sample(x, v, gap, rate, gap))
-        found.penetration = _larger(found.penetration, depth)
+        found.penetration = larger(found.penetration, depth)
     # Without a force to look at, one in the middle: what is not finite is not so at one time only.
     samples = 1
     if sticks:
         rate = max(model.free.rate, rate_of(model.free.forcing))
-        samples = _SAMPLES if rate * s.duration > _SHORT else _FEWEST_SAMPLES
+        samples = SAMPLES if rate * s.duration > SHORT else FEWEST_SAMPLES
     at = Sample(0.0, 0.0, 0.0, 0.0, 0.0)
     for k in range(samples + 1):
         part = (k + 0.5) / samples
@@ -276,7 +286,7 @@ def _sample_contact(model, s, found):
             break
         if sticks:
             force, size = contact_force(model, s, tau, at)
-            found.tensile_force = _larger(found.tensile_force, _part(min(force, 0.0), size))
+            found.tensile_force = larger(found.tensile_force, violation(min(force, 0.0), size))
     return at
 
 

@@ -7,12 +7,12 @@ import numpy as np
 from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import is_odd
 from damper.engine.impact import law_at
-from damper.engine.model import motion
-from damper.engine.segment import IMPACT, STICK, segment_at
+from damper.engine.model import motion, read_segment
+from damper.engine.segment import IMPACT, STICK
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.base import Observer, Window, record_type, since
 from damper.observers.common.sections import write_sample
-from damper.observers.common.settings import Setting
+from damper.observers.common.settings import BODIES, Setting
 from damper.parameters.variables import Variable
 
 #: Impacts on each wall outside complete chatter, chatter sequences that completed there, and how
@@ -28,6 +28,7 @@ class ObservedMotion(Observer):
     chaotic, or have not settled: `lyapunov` tells which.
     """
 
+    bodies = BODIES
     longest = Setting(8, "Longest period to look for.", "cycles", ge=1, le=1000)
     tolerance = Setting(
         1e-6, "Largest difference, over the largest displacement or velocity.", gt=0, le=0.1
@@ -152,7 +153,7 @@ def in_words(found: Mapping[str, int]) -> str:
 def _sample(model, log, window, samples, counts, taken):
     count = counts[0]
     for index in range(len(log)):
-        s = segment_at(log[index])
+        s = read_segment(model, log[index])
         if since(s, model.cycle, window.periods, window.time) >= 0.0:
             _count(s, count)
         while taken <= 2.0 * window.length:

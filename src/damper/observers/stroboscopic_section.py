@@ -14,6 +14,7 @@ class StroboscopicSection(Section):
     """The state once per cycle."""
 
     models = tuple(MODELS)
+    shared = ("displacement", "velocity")
     at = Setting(0.0, "When in each cycle to look.", "cycles", ge=0, lt=1)
     last = Setting(
         0, "Of so many cycles only, the record's last ones; 0: of all.", ge=0, le=1_000_000

@@ -12,8 +12,8 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing import derivative_of, phase_at
-from damper.engine.model import motion
-from damper.engine.segment import IMPACT, RESTING, STICKING, segment_at
+from damper.engine.model import AFTER, BEFORE, count_masses, masses_at, read_segment
+from damper.engine.segment import COLUMNS, IMPACT, RESTING, STICKING
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.base import (
     LEAVE_ALONE,
@@ -25,17 +25,17 @@ from damper.observers.common.base import (
     record_type,
     since,
 )
-from damper.observers.common.sections import free_state
-from damper.observers.common.settings import Setting
+from damper.observers.common.bodies import need_bodies
+from damper.observers.common.settings import BODIES, Setting
 from damper.observers.common.stretch import SLACK, sample_steps
 from damper.parameters.variables import ACCELERATION, LENGTH, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import TIME as TIME_UNIT
 
-#: A row of the result; the fields are those variables without ``trajectory_`` that have rows.
-_ROW = record_type(
-    "time", "displacement", "velocity", "free_displacement", "free_velocity", "event", "mode"
-)
+#: A row of the result; the fields are variables without ``trajectory_``.
+_ROW = record_type("time", "displacement", "velocity", "event", "body")
+#: What is written of each free mass, in the order of `masses_at`.
+_OF_MASSES = ("free_displacement", "free_velocity", "mode")
 #: How many rows, samples and events there are so far.
 _COUNTS = record_type("rows", "samples", "events", "left_out")
 
@@ -54,6 +54,8 @@ class SampledTrajectory(Observer):
         When the stretch leaves the record, as soon as its length is known.
     """
 
+    sees_all = True
+    bodies = BODIES
     samples_per_period = Setting(100, "Equal time steps per cycle.", ge=1, le=1_000_000)
     start = Setting(
         0.0, "Where the stretch begins, counted from the start of the record.", "cycles", ge=0
@@ -80,10 +82,20 @@ class SampledTrajectory(Observer):
     def variables(self) -> list[Variable]:
         """What it writes."""
         instant = ("instant",)
+        of_masses = ("body", *instant) if self.bodies else instant
+        body = Variable(
+            "trajectory_body",
+            "number of the free mass of the event, from 0",
+            "1",
+            instant,
+            "i1",
+            "missing: a sample, or an unused row",
+        )
         alone = Variable("trajectory_alone", "primary displacement without damper", LENGTH, instant)
         drive = Variable("trajectory_drive", "force over the primary's mass", ACCELERATION, instant)
         return [
             *([drive] if self.drive else []),
+            *([body] if self.bodies else []),
             *([alone] if self.without_damper else []),
             Variable(
                 "trajectory_time",
@@ -99,8 +111,8 @@ class SampledTrajectory(Observer):
             ),
             Variable("trajectory_displacement", "primary displacement", LENGTH, instant),
             Variable("trajectory_velocity", "primary velocity", SPEED_UNIT, instant),
-            Variable("trajectory_free_displacement", "free mass displacement", LENGTH, instant),
-            Variable("trajectory_free_velocity", "free mass velocity", SPEED_UNIT, instant),
+            Variable("trajectory_free_displacement", "free mass displacement", LENGTH, of_masses),
+            Variable("trajectory_free_velocity", "free mass velocity", SPEED_UNIT, of_masses),
             Variable(
                 "trajectory_event",
                 "what the row shows",
@@ -115,7 +127,7 @@ class SampledTrajectory(Observer):
                 "trajectory_mode",
                 "how the masses move from there on",
                 "1",
-                instant,
+                of_masses,
                 "i1",
                 "0 flight or the bounces of a closed burst; 1 sticking; 2 at rest in the box by "
                 "friction; missing: unused row",
@@ -130,11 +142,19 @@ class SampledTrajectory(Observer):
         ]
 
     def size(self, dim: str, window_length: int) -> int:
-        """Rows: all samples, and two for each event."""
+        """Rows: all samples, and two for each event; or masses."""
+        if dim == "body":
+            return len(self.bodies)
         return self._steps(window_length) + 1 + 2 * self.events
+
+    def coordinates(self) -> dict[str, np.ndarray]:
+        """Numbers of the masses."""
+        return {"body": np.array(self.bodies)} if self.bodies else {}
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
+        if self.bodies:
+            need_bodies(trajectory.model, self.name, self.bodies)
         super().begin(run, trajectory, window)
         rate = self.samples_per_period
         # Whole steps to the start keep the instants those of sections at simple fractions.
@@ -148,20 +168,27 @@ class SampledTrajectory(Observer):
             self._window, float(first), rest, float(rate), float(samples), float(self.events)
         )
         self._rows = np.empty(samples + 2 * self.events, _ROW)
+        self._masses = np.empty((len(self._rows), count_masses(self._model), len(_OF_MASSES)))
         self._counts = np.zeros(1, _COUNTS)
         # To whole steps, as the samples are.
         self._put({"trajectory_start": (first / rate + rest) * trajectory.cycle})
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        _write(self._model, log, self._stretch, self._rows, self._counts)
+        _write(self._model, log, self._stretch, self._rows, self._masses, self._counts)
 
     def finish(self, finished: bool) -> None:
         """Write the rows that there are, and how many events did not fit."""
         count = read_record(self._counts)
         rows = int(count.rows)
         for field in fields_of(_ROW):
-            self.arrays[f"trajectory_{field}"][self._run, :rows] = self._rows[field][:rows]
+            if field != "body" or self.bodies:
+                self.arrays[f"trajectory_{field}"][self._run, :rows] = self._rows[field][:rows]
+        for column, field in enumerate(_OF_MASSES):
+            found = self._masses[:rows, list(self.bodies) or 0, column].T
+            if field == "mode":
+                found = np.select([found == STICKING, found == RESTING], [1.0, 2.0], 0.0)
+            self.arrays[f"trajectory_{field}"][self._run, ..., :rows] = found
         self._put({"trajectory_events_left_out": count.left_out})
         if self.without_damper:
             sampled = self._rows["event"][:rows] == -1.0
@@ -178,8 +205,9 @@ class SampledTrajectory(Observer):
         """Displacement of the primary alone at each sample."""
         run, stretch = primary_alone(self._trajectory), self._stretch._replace(most_events=0.0)
         rows, counts = np.full(int(stretch.samples), np.nan, _ROW), np.zeros(1, _COUNTS)
+        masses = np.empty((len(rows), 1, len(_OF_MASSES)))
         for log in run.segments(*self._window.end(run.cycle)):
-            _write(run.model, log, stretch, rows, counts)
+            _write(run.model, log, stretch, rows, masses, counts)
         return rows["displacement"]
 
     def _steps(self, window_length: float) -> int:
@@ -199,16 +227,14 @@ class Stretch(NamedTuple):
 
 
 @compiled
-def _write(model, log, stretch, rows, counts):
+def _write(model, log, stretch, rows, masses, counts):
     period = model.cycle
     count = counts[0]
     start_periods, start_time = _instant(stretch, 0.0, period)
     end_periods, end_time = _instant(stretch, stretch.samples - 1.0, period)
     for index in range(len(log)):
-        s = segment_at(log[index])
-        mode = 1.0 if s.mode == STICKING else 0.0
-        if s.mode == RESTING:
-            mode = 2.0
+        s = read_segment(model, log[index])
+        body = float(log[index, COLUMNS]) if log.shape[1] > COLUMNS else 0.0
         now = since(s, period, start_periods, start_time)
         if s.cause >= IMPACT and now >= 0.0 and since(s, period, end_periods, end_time) <= 0.0:
             if count.events == stretch.most_events:
@@ -216,34 +242,26 @@ def _write(model, log, stretch, rows, counts):
             else:
                 count.events += 1.0
                 if s.cause == IMPACT:
-                    before = (s.x, s.v_before, 0.0, -s.speed)
-                    _add_row(model, s, now, before, IMPACT, 0.0, rows, count)
-                after = (s.x, s.v, s.gap, s.gap_rate)
-                _add_row(model, s, now, after, s.cause, mode, rows, count)
+                    _add_row(model, s, now, BEFORE, (IMPACT, body), rows, masses, count)
+                _add_row(model, s, now, AFTER, (s.cause, body), rows, masses, count)
         while count.samples < stretch.samples:
             periods, time = _instant(stretch, count.samples, period)
             tau = -since(s, period, periods, time)
             if tau > s.duration:
                 break
             now = (periods - start_periods) * period + (time - start_time)
-            _add_row(model, s, now, motion(model, s, max(tau, 0.0)), -1.0, mode, rows, count)
+            _add_row(model, s, now, max(tau, 0.0), (-1.0, -1.0), rows, masses, count)
             count.samples += 1.0
 
 
 @compiled
-def _add_row(model, s, now, state, event, mode, rows, count):
-    x, v, gap, rate = state
+def _add_row(model, s, now, tau, event, rows, masses, count):
     number = int(count.rows)
     row = rows[number]
     # Times never go back, not even by roundoff.
     row.time = max(now, rows[number - 1].time) if number > 0 else now
-    row.displacement = x
-    row.velocity = v
-    y, u = free_state(model.clearance, s.side, x, v, gap, rate)
-    row.free_displacement = y
-    row.free_velocity = u
-    row.event = event
-    row.mode = mode
+    row.displacement, row.velocity = masses_at(model, s, tau, masses[number])
+    row.event, row.body = event
     count.rows += 1.0
 
 

@@ -1,6 +1,10 @@
-"""Several free masses of one damper: what each has of its own, in place of what all have."""
+"""Several free masses of one damper: what each has of its own, in place of what all have.
 
-from collections.abc import Iterable, Mapping
+The masses are counted from 0, as the field `body` of events counts them. `clearance_1` is the
+clearance of mass 1: so a quantity of one of them is an axis, is drawn, or replaces a value.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from damper.parameters.quantity import real
@@ -8,6 +12,8 @@ from damper.parameters.quantity import real
 #: What a mass may have of its own, in the names of `damper.Parameters` and of `SIParameters`.
 OF_A_MASS = ("mass_ratio", "clearance", "restitution", "restitution_left", "gravity")
 OF_A_MASS_SI = ("free_mass", "gap", *OF_A_MASS[2:])
+#: In either system.
+OF_ANY_MASS = tuple(dict.fromkeys((*OF_A_MASS, *OF_A_MASS_SI)))
 #: Most masses of a damper.
 MOST_MASSES = 100
 
@@ -25,11 +31,19 @@ def read_masses(given: Any, names: tuple[str, ...] = OF_A_MASS) -> tuple[Mass, .
     Raises
     ------
     ValueError, TypeError
-        With the number of the mass, from 1, and what is wrong.
+        With the number of the mass, and what is wrong.
     """
+    return tuple(
+        Mass((name, real(f"masses[{k}].{name}", one[name])) for name in names if name in one)
+        for k, one in enumerate(listed(given, names))
+    )
+
+
+def listed(given: Any, names: Sequence[str] = OF_ANY_MASS) -> list[dict[str, Any]]:
+    """Check that masses are mappings of known names, whatever their values are."""
     if isinstance(given, str | bytes | Mapping) or not isinstance(given, Iterable):
         raise TypeError(f"masses = {given!r}: must be a sequence of mappings, one for each mass")
-    read = tuple(_mass(f"masses[{k}]", one, names) for k, one in enumerate(given))
+    read = [_mass(f"masses[{k}]", one, names) for k, one in enumerate(given)]
     if not 1 <= len(read) <= MOST_MASSES:
         raise ValueError(
             f"masses: {len(read)} are given; must be 1 to {MOST_MASSES}, or left out for one"
@@ -37,9 +51,53 @@ def read_masses(given: Any, names: tuple[str, ...] = OF_A_MASS) -> tuple[Mass, .
     return read
 
 
-def _mass(where: str, given: Any, names: tuple[str, ...]) -> Mass:
+def split(name: object) -> tuple[str, int] | None:
+    """Return quantity and number of the mass that a name has, none for other names.
+
+    Examples
+    --------
+    >>> split("restitution_left_1"), split("clearance")
+    (('restitution_left', 1), None)
+    """
+    if not isinstance(name, str):
+        return None
+    common, _, number = name.rpartition("_")
+    is_number = number.isdecimal() and number == str(int(number)) and int(number) < MOST_MASSES
+    return (common, int(number)) if is_number and common in OF_ANY_MASS else None
+
+
+def own_values(masses: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return what masses have of their own under the names that `split` takes apart.
+
+    Examples
+    --------
+    >>> own_values([{}, {"clearance": 1.2}])
+    {'clearance_1': 1.2}
+    """
+    return {f"{name}_{k}": value for k, one in enumerate(masses) for name, value in one.items()}
+
+
+def with_own(masses: Any, own: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return masses with other values of their own; `own_values` is the inverse.
+
+    Raises
+    ------
+    ValueError
+        For a value of a mass that there is not.
+    """
+    made = [] if masses is None else listed(masses)
+    for name, value in own.items():
+        common, k = split(name) or (name, 0)
+        if not k < len(made):
+            there = f"masses has {len(made)}, from 0" if made else "there is no list masses"
+            raise ValueError(f"{name} = {value!r}: is of mass {k}, and {there}")
+        made[k][common] = value
+    return made
+
+
+def _mass(where: str, given: Any, names: Sequence[str]) -> dict[str, Any]:
     if isinstance(given, Mass):
-        return given
+        return dict(given)
     if not isinstance(given, Mapping):
         raise TypeError(
             f"{where} = {given!r}: must be a mapping of what this mass has of its own, as "
@@ -50,4 +108,4 @@ def _mass(where: str, given: Any, names: tuple[str, ...]) -> Mass:
             from damper.parameters.quantities import unknown_name
 
             raise TypeError(f"{where}: {unknown_name('quantity of a mass', name, names)}")
-    return Mass((name, real(f"{where}.{name}", given[name])) for name in names if name in given)
+    return dict(given)

@@ -1,17 +1,20 @@
-"""Numbers of a damper by their names: its quantities, and those of its force.
+"""Numbers of a damper by their names: its quantities, those of single masses and of its force.
 
 `harmonic_2` and `harmonic_2_phase` are amplitude and phase of the harmonic of order 2 of
 `damper.Harmonics`. Motions are followed along these as along any quantity.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any, TypeVar
 
 from damper.parameters.dampers import Parameters, SIParameters
-from damper.parameters.quantities import unknown_name
+from damper.parameters.masses import OF_ANY_MASS, split, with_own
+from damper.parameters.quantities import INITIAL_NAMES, is_si, unknown_name
 from damper.parameters.quantity import Quantity
 
+Names = tuple[str, ...]
 Damper = TypeVar("Damper", bound=Parameters | SIParameters)
 
 
@@ -45,3 +48,47 @@ def rates_of(parameters: Parameters | SIParameters, name: str) -> dict[str, floa
     """As `SIParameters.rates`; the numbers of a force have no units."""
     own = parameters.forcing.numbers
     return {name: 1.0} if name in own else parameters.rates(name)
+
+
+# The points of a study all have the same names.
+@lru_cache(maxsize=16)
+def language(
+    names: Names,
+) -> tuple[type[Parameters] | type[SIParameters], Names, Names, Names]:
+    """Return the class of the parameters, their names, those of single masses and initial ones."""
+    initial = tuple(name for name in INITIAL_NAMES if name in names)
+    parameters = tuple(name for name in names if name not in INITIAL_NAMES)
+    si = is_si(parameters)
+    kind = SIParameters if si else Parameters
+    known = {q.name: q for q in kind.quantities}
+    for name in parameters:
+        if not (name in known or split(name) or name in ("forcing", "masses")):
+            raise unknown_name("parameter", name, known)
+    missing = [name for name, q in known.items() if name not in parameters and q.default is None]
+    if missing and not ("masses" in parameters and {*missing} <= {*OF_ANY_MASS}):
+        raise TypeError(f"missing parameters: {', '.join(missing)}")
+    own = tuple(name for name in parameters if split(name))
+    return kind, tuple(name for name in parameters if name not in own), own, initial
+
+
+def arguments(
+    kind: type[Parameters] | type[SIParameters],
+    names: Sequence[str],
+    own: Sequence[str],
+    values: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Return arguments of a damper, with what single masses have of their own in `masses`."""
+    made = {name: values[name] for name in names}
+    if not own and "masses" not in made:
+        return made
+    masses = with_own(made.get("masses"), {name: values[name] for name in own})
+    lacking = [q.name for q in kind.quantities if q.default is None and q.name not in made]
+    if missing := [name for name in lacking if any(name not in mass for mass in masses)]:
+        raise TypeError(f"missing parameters, of all masses or of each: {', '.join(missing)}")
+    return {name: masses[0][name] for name in lacking} | made | {"masses": masses}
+
+
+def damper_of(values: Mapping[str, Any]) -> Parameters | SIParameters:
+    """Return the damper of values as for `read_point`, initial quantities aside."""
+    kind, names, own, _ = language(tuple(values))
+    return kind(**arguments(kind, names, own, values))

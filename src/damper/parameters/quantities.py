@@ -2,9 +2,12 @@
 
 import difflib
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from typing import Any, TypeVar
 
 from damper.parameters.dampers import SI_NAME, Parameters, SIParameters
+from damper.parameters.masses import OF_ANY_MASS, split
 from damper.parameters.quantity import Quantity as Quantity
 from damper.parameters.quantity import real as real
 from damper.parameters.state import INITIAL_QUANTITIES as INITIAL_QUANTITIES
@@ -31,16 +34,58 @@ MODEL_NAMES: dict[str, tuple[str, ...]] = {
     for model in dict.fromkeys(quantity.model for quantity in QUANTITIES if quantity.model)
 }
 
+T = TypeVar("T")
+
+
+class OfQuantities(dict[str, T]):
+    """A mapping from quantities that has those of single masses, too, such as `clearance_1`.
+
+    They are as many as there may be masses, so they are not listed.
+    """
+
+    def __init__(self, quantities: Mapping[str, Quantity], of: Callable[[Quantity], T]) -> None:
+        super().__init__({name: of(quantity) for name, quantity in quantities.items()})
+        self._quantities, self._of = dict(quantities), of
+
+    def __contains__(self, name: object) -> bool:
+        return super().__contains__(name) or split(name) is not None
+
+    def __missing__(self, name: str) -> T:
+        found = split(name)
+        if found is None:
+            raise KeyError(name)
+        return self._of(_of_a_mass(self._quantities[found[0]], found[1]))
+
+    def get(self, name: str, default: Any = None) -> Any:
+        return self[name] if name in self else default  # noqa: SIM401 - it is that
+
+
+def _of_a_mass(quantity: Quantity, k: int) -> Quantity:
+    """What a quantity is of one mass; without a value of its own it has that of all."""
+    letter, _, index = quantity.symbol[1:-1].partition("_")
+    index = f"{index},{k}" if index else f"{k}"
+    return replace(
+        quantity,
+        name=f"{quantity.name}_{k}",
+        symbol=f"${letter}_{{{index}}}$",
+        long_name=f"{quantity.long_name}, mass {k}",
+        default=None,
+    )
+
+
 #: Name -> quantity, for every name that a study may use. A quantity of both systems has the units
 #: of the dimensionless one, which `damper.parameters.units.SI_UNITS` translates.
-ALL = {
-    quantity.name: quantity
-    for quantity in (
-        *QUANTITIES,
-        *(quantity for quantity in SI_QUANTITIES if quantity.name in SI_ONLY),
-        *INITIAL_QUANTITIES,
-    )
-}
+ALL = OfQuantities(
+    {
+        quantity.name: quantity
+        for quantity in (
+            *QUANTITIES,
+            *(quantity for quantity in SI_QUANTITIES if quantity.name in SI_ONLY),
+            *INITIAL_QUANTITIES,
+        )
+    },
+    lambda quantity: quantity,
+)
 
 #: Symbol, as one may type it -> name.
 NAMES_BY_SYMBOL = {
@@ -57,8 +102,9 @@ def check_quantity(name: str, value: float) -> float:
 def is_si(names: Iterable[str]) -> bool:
     """Whether these names give a damper in SI units; ValueError where they mix both systems."""
     names = list(names)
-    si = [name for name in names if name in SI_ONLY]
-    ratios = [name for name in names if name in DIMENSIONLESS_ONLY]
+    common = [(split(name) or (name,))[0] for name in names]
+    si = [name for name, of in zip(names, common, strict=True) if of in SI_ONLY]
+    ratios = [name for name, of in zip(names, common, strict=True) if of in DIMENSIONLESS_ONLY]
     if si and ratios:
         raise ValueError(
             f"{', '.join(si)} (SI units) and {', '.join(ratios)} (dimensionless) are mixed: "
@@ -77,7 +123,21 @@ def ordered(names: Iterable[str]) -> list[str]:
     """
     names = set(names)
     own = SI_NAMES if names & SI_ONLY else PARAMETER_NAMES
-    return [name for name in dict.fromkeys((*own, *ALL)) if name in names]
+    found = quantities_in(names)
+    return [name for name in dict.fromkeys((*own, *found)) if name in names]
+
+
+def quantities_in(names: Iterable[Any]) -> list[str]:
+    """Return those of some names that are quantities, in the order of `ALL`, then by mass.
+
+    Examples
+    --------
+    >>> quantities_in(["draw", "clearance_1", "restitution", "mass_ratio_1"])
+    ['restitution', 'mass_ratio_1', 'clearance_1']
+    """
+    names = set(names)
+    own = [(k, OF_ANY_MASS.index(of), n) for n in names for of, k in filter(None, [split(n)])]
+    return [*(name for name in ALL if name in names), *(name for _, _, name in sorted(own))]
 
 
 def nearest(name: str, names: Iterable[str]) -> str:
@@ -91,6 +151,10 @@ def nearest(name: str, names: Iterable[str]) -> str:
     names = list(names)
     if NAMES_BY_SYMBOL.get(name) in names:
         return NAMES_BY_SYMBOL[name]
+    common, _, number = name.rpartition("_")
+    if number.isdecimal() and {*OF_ANY_MASS} <= {*names}:
+        near = nearest(common, OF_ANY_MASS)
+        return near and f"{near}_{number}"
     folded = {right.casefold(): right for right in names}
     close = difflib.get_close_matches(name[:100].casefold(), folded, n=1)
     close += [right for right in folded if name.casefold() in right.split("_")]

@@ -34,6 +34,8 @@ class Setting:
     timed : bool, default False
         Whether it may be a mapping in place of the number: ``{"time": 30}`` in s or sqrt(M/K), or
         ``{"time": "end"}``, that of what drives the damper.
+    integers : bool, default False
+        Whether the numbers of a list must be whole.
     models : tuple of str, optional
         Of an observer's setting: those of the damper that it knows, where its observer knows more.
     """
@@ -49,6 +51,7 @@ class Setting:
     least: int = 0
     stated: bool = False
     timed: bool = False
+    integers: bool = False
     models: tuple[str, ...] = ()
 
     def __get__(self, observer: Any, kind: type | None = None) -> Any:
@@ -58,7 +61,9 @@ class Setting:
     @property
     def whole(self) -> bool:
         """Whether numbers must be whole."""
-        return isinstance(self.default, int) and not isinstance(self.default, bool)
+        return self.integers or (
+            isinstance(self.default, int) and not isinstance(self.default, bool)
+        )
 
     @property
     def bounds(self) -> dict[str, float]:
@@ -77,7 +82,7 @@ class Setting:
         kind = "whole number" if self.whole else "number"
         if isinstance(self.default, tuple):
             count = f"at least {self.least} " if self.least else ""
-            kind = f"list of {count}distinct numbers, each"
+            kind = f"list of {count}distinct {kind}s, each"
         limits = " and ".join(f"{signs[name]} {bound}" for name, bound in self.bounds.items())
         words = "a", kind, limits, f"({self.units})" if self.units else ""
         allowed = " ".join(word for word in words if word)

@@ -69,6 +69,7 @@ STATUS = Variable(
 #: Dimensions beside the axes: long name and units.
 OWN_DIMENSIONS = {
     "sample": ("sample on the section", "1"),
+    "body": ("free mass, from 0", "1"),
     "threshold": ("visibility threshold, part of the burst's first approach speed", "1"),
     "burst": ("burst in the record", "1"),
     "since": ("start of the part of the record, in cycles", "1"),

@@ -33,6 +33,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, PydanticCustomError, PydanticKnownError, core_schema
 
+from damper.parameters.masses import OF_ANY_MASS, split
 from damper.parameters.quantities import ALL
 from damper.study.axes import MOST_VALUES
 from damper.study.messages import NOTHING, Mistakes, mistakes_of
@@ -271,7 +272,8 @@ class NamedMapping:
     `what` the names are names of; all `names` there are, with the type of each where it is not that
     of the annotation, by default whatever can be the name of a file; `to` what stands under them;
     whether an entry may be nothing at all (`bare`), which is an empty one; whether null in an
-    override leaves it out (`dropped`), by default where any name will do.
+    override leaves it out (`dropped`), by default where any name will do. `masses` says that
+    quantities of single masses, such as `clearance_1`, may stand where those of all do.
     """
 
     def __init__(
@@ -282,8 +284,9 @@ class NamedMapping:
         to: str = "its settings",
         bare: bool = False,
         dropped: bool | None = None,
+        masses: bool = False,
     ) -> None:
-        self.what, self.names, self.bare = what, names, bare
+        self.what, self.names, self.bare, self.masses = what, names, bare, masses
         self.says = f"from {what} to {to}"
         self._adapters: dict[int, TypeAdapter[Any]] = {}
         self.dropped = names is None if dropped is None else dropped
@@ -294,7 +297,8 @@ class NamedMapping:
 
     def _adapter(self, name: str) -> TypeAdapter[Any]:
         """Return what checks one entry."""
-        of = self.names[name] if isinstance(self.names, Mapping) else self._usual
+        common, _ = split(name) or (name, 0)
+        of = self.names[common] if isinstance(self.names, Mapping) else self._usual
         if id(of) not in self._adapters:
             bare = get_args(of)[0] if get_origin(of) is Annotated else of
             own = isinstance(bare, type) and issubclass(bare, BaseModel)
@@ -309,7 +313,12 @@ class NamedMapping:
         seen: dict[str, str] = {}
         for name, data in value.items():
             here = as_part(name)
-            if self.names is not None and name not in self.names:
+            of_one = split(name)
+            if of_one and self.names is not None and not self.masses and of_one[0] in self.names:
+                message = f"'{name}' is of mass {of_one[1]} alone"
+                mistakes.add((here,), message, f"'{of_one[0]}' in its entry under masses")
+                continue
+            if self.names is not None and name not in self.names and not (self.masses and of_one):
                 mistakes.unknown((here,), self.what, name, self.names, data)
                 continue
             if not isinstance(name, str):
@@ -353,4 +362,7 @@ class NamedMapping:
             one = properties[name]
             properties[name] = {"allOf": [quantity, one]} if "$ref" in one else quantity
         made |= {"properties": properties, "additionalProperties": False}
+        if self.masses:
+            of_one = {f"^{name}_[0-9]+$": properties[name] for name in OF_ANY_MASS}
+            made |= {"patternProperties": of_one}
         return once(handler, f"{self.what}:{crc32(str(made).encode())}", made)

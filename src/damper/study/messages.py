@@ -9,19 +9,20 @@ from typing import Any
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic_core import PydanticCustomError
 
-from damper.parameters.quantities import ALL, SI_ONLY, nearest
+from damper.parameters.quantities import ALL, SI_ONLY, OfQuantities, Quantity, nearest
 from damper.study.schema import COORDINATE, Generator, Schema, choices_of, words_of
 from damper.study.yaml_file import NUMBER, Loc, as_part, display, join_names
 
 Report = dict[str, Any]
 """What a message says: ``message``, what is ``allowed``, and the name that is ``near``."""
 
-IN_RANGE = {
-    name: f"number in {q.units}, {q.allowed}"
-    if name in SI_ONLY and q.units not in ("1", "rad")
-    else f"number, {q.allowed}"
-    for name, q in ALL.items()
-}
+
+def _in_range(quantity: Quantity) -> str:
+    own = quantity.name in SI_ONLY and quantity.units not in ("1", "rad")
+    return f"number{f' in {quantity.units}' if own else ''}, {quantity.allowed}"
+
+
+IN_RANGE = OfQuantities(ALL, _in_range)
 """What a value of each quantity may be, in words."""
 
 
@@ -103,7 +104,7 @@ def mistakes_of(
         else:
             schema = _schema_at(of, loc)
             allowed = words_of(schema)
-            if name in IN_RANGE:
+            if name is not None and name in IN_RANGE:
                 allowed = allowed.replace(f"number {COORDINATE}", IN_RANGE[name])
             near = ""
             if kind == "literal_error" and isinstance(value, str):

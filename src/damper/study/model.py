@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from damper.parameters import Parameters, SIParameters
+from damper.parameters import Parameters
 from damper.parameters.forcing import EACH_DRAW, HARMONIC, Forcing, force_text
-from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_ONLY, is_si
+from damper.parameters.masses import MOST_MASSES, OF_ANY_MASS, own_values
+from damper.parameters.named import damper_of
+from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_ONLY, is_si, quantities_in
 from damper.parameters.run import EngineSettings, RunLength, declared_in
 from damper.parameters.units import SI_UNITS
 from damper.study.axes import coordinate_name
@@ -65,12 +67,22 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
             "default must stand here or under axes: all dimensionless ones, or all SI ones."
         ),
     ] = _NONE
+    masses: Annotated[
+        tuple[Annotated[dict[str, Fixed], NamedMapping("quantity of a mass", OF_ANY_MASS)], ...],
+        Field(
+            strict=False,
+            max_length=MOST_MASSES,
+            description="Several free masses, counted from 0: for each a mapping of what it has "
+            "of its own, in place of what stands under parameters; `{}` where that is nothing. "
+            "What every mass has need not stand there.",
+        ),
+    ] = ()
     axes: Annotated[
         dict[str, Axis],
-        NamedMapping("axis", tuple(ALL)),
+        NamedMapping("axis", tuple(ALL), masses=True),
         Field(
             description="Quantities that run through values; their order is that of the cube's "
-            "dimensions. Without axes the study is one point."
+            "dimensions. Without axes the study is one point. `clearance_1` is that of mass 1."
         ),
     ] = _NONE
     forcing: Annotated[
@@ -125,14 +137,25 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     @property
     def fixed(self) -> dict[str, float]:
         """Value of every parameter that is neither axis nor drawn, the phase included."""
-        values = {"phase": 0.0} | {name: fixed.number for name, fixed in self.parameters.items()}
+        given = self.parameters | self.own
+        values = {"phase": 0.0} | {name: fixed.number for name, fixed in given.items()}
         varied = {*self.axes, *self.draws}
-        return {name: values[name] for name in ALL if name in values and name not in varied}
+        return {name: values[name] for name in quantities_in(values) if name not in varied}
+
+    @property
+    def own(self) -> dict[str, Fixed]:
+        """What single masses have of their own, such as `clearance_1`."""
+        return own_values(self.masses)
 
     @property
     def sections(self) -> dict[str, Mapping[str, Any]]:
         """Sections that give quantities."""
-        return {"parameters": self.parameters, "axes": self.axes, "draws": self.drawn}
+        return {
+            "parameters": self.parameters,
+            "masses": self.own,
+            "axes": self.axes,
+            "draws": self.drawn,
+        }
 
     @property
     def drawn(self) -> dict[str, Drawn]:
@@ -178,12 +201,14 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         the values between them are allowed to be and which model they ask for.
         """
         ends = {n: {min(v), max(v)} for n, v in self.ends.items() if n not in INITIAL_NAMES}
-        kind = SIParameters if is_si(ends) else Parameters
+        every: dict[str, Any] = {"forcing": self.force}
+        if self.masses:
+            every["masses"] = [{}] * len(self.masses)
         points = (
-            kind(**dict(zip(ends, values, strict=True)), forcing=self.force)
+            damper_of(dict(zip(ends, values, strict=True)) | every)
             for values in combinations(*ends.values())
         )
-        return [p.dimensionless if isinstance(p, SIParameters) else p for p in points]
+        return [point.dimensionless for point in points]
 
     @cached_property
     def windows(self) -> list[tuple[float, float, float]]:
@@ -229,6 +254,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
             starts,
             self.force,
             not SI_ONLY.isdisjoint(self.ends),
+            next((own for o in self.observers.values() if (own := getattr(o, "bodies", ()))), ()),
         )
 
     @property
@@ -293,6 +319,8 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         given = {name: (value,) for name, value in self.fixed.items()} | self.axis_values
         si = is_si({**given, **self.drawn})
         values = {name: _values_text(name, numbers, si) for name, numbers in given.items()}
+        if self.masses:
+            values["masses"] = f"{len(self.masses)}"
         if self.forcing_settings:
             values["forcing"] = force_text(self.forcing_about)
         for name, drawn in self.drawn.items():
@@ -332,7 +360,8 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     def to_yaml(self) -> str:
         """Return the study as checked, every default spelt out; equal studies, equal text."""
         data = self.model_dump(mode="json", exclude_none=True)
-        for section, default in (("orbits", {}), ("draws", {}), ("forcing", HARMONIC.kind)):
+        defaults = {"masses": [], "orbits": {}, "draws": {}, "forcing": HARMONIC.kind}
+        for section, default in defaults.items():
             if data[section] == default:
                 del data[section]
         for section, order in (("parameters", ALL), ("observers", OBSERVER_SETTINGS)):

@@ -29,6 +29,7 @@ class SimulatedStudy(Study):  # type: ignore[misc]
             "draws": self.draw_settings(),
             "follow": self.follow,
             **self.forcing_settings,
+            **({"masses": len(self.masses)} if self.masses else {}),
         }
         return {
             self.slice_path(place): Job(
@@ -49,7 +50,13 @@ class SimulatedStudy(Study):  # type: ignore[misc]
         measured = self.model_copy(update={"orbits": {}, "figures": {}, "tables": {}})
         about = {"title": self.title, "source": self.source, "study": measured.to_yaml()}
         followed = {name: values[name] for name in self.follow}
-        run = record(self.observer_settings(), self.initial, self.run_settings(engine), followed)
+        run = record(
+            self.observer_settings(),
+            self.initial,
+            self.run_settings(engine),
+            followed,
+            masses=len(self.masses),
+        )
         if self.forcing_settings:
             run["forcing"] = json.dumps(self.forcing_about)
         job = Job(

@@ -46,13 +46,15 @@ MOST_PANELS = 12
 _BRANCHES: dict[str, Any] = {
     "direction": Annotated[str, one_of(DIRECTIONS["both"])],
     "draw": Annotated[int, Field(ge=0)],
+    "body": Annotated[int, Field(ge=0)],
 }
 Place = Annotated[
     dict[str, float | str],
     NamedMapping(
         "axis",
         {**dict.fromkeys(ALL, Coordinate), **_BRANCHES},
-        to="one of its values; also direction: up, draw: 0",
+        to="one of its values; also direction: up, draw: 0, body: 0",
+        masses=True,
     ),
 ]
 """Values of some axes and branches."""
@@ -78,6 +80,8 @@ class StudyContents:
     """What drives the dampers; of several, one."""
     si: bool = False
     """Whether it is in SI units."""
+    bodies: tuple[int, ...] = ()
+    """Of several free masses those that observers see one by one."""
 
     @property
     def dimensions(self) -> dict[str, tuple[Any, ...]]:
@@ -96,9 +100,21 @@ class StudyContents:
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """What the cube has with one value at each point."""
-        written = (variable for one in self.made.values() for variable in one.variables)
-        return (*(variable.name for variable in written if not variable.dims), "status")
+        """What the cube has with one value at each point, or at each free mass there."""
+        written = (variable for made in self.made.values() for variable in made.variables)
+        single = (v.name for v in written if v.dims in ((), ("body",)))
+        return (*single, "status")
+
+    @property
+    def of_bodies(self) -> set[str]:
+        """Variables of several free masses, one by one, and their observers."""
+        found = {
+            (observer, variable.name)
+            for observer, made in self.made.items()
+            for variable in made.variables
+            if "body" in variable.dims
+        }
+        return {name for pair in found for name in pair if len(self.bodies) > 1}
 
     @property
     def stretch(self) -> float | None:
@@ -125,6 +141,8 @@ class Role:
     most: int | None = None
     branches: bool = False
     several: bool = False
+    bodies: bool = False
+    """Whether it may be `body`."""
 
 
 #: What reduces the runs at each point to one number.
@@ -163,7 +181,8 @@ class Product(Made):
         used: dict[str, str] = {}
         for key, role in self.roles.items():
             given = getattr(self, key) or ()
-            known = study.dimensions if role.branches else study.axes
+            known = {**(study.dimensions if role.branches else study.axes)}
+            known |= {"body": study.bodies} if role.bodies and study.bodies else {}
             for name in given if role.several else (given,) if given else ():
                 if name not in known:
                     mistakes.unknown((key,), "axis", name, known)
@@ -205,7 +224,8 @@ At = Annotated[
     Place | None,
     Field(
         description="Value of each axis that has no other place in the figure, exactly as the "
-        "axis lists it; also direction: up or down, and draw: the number of a draw."
+        "axis lists it; also direction: up or down, draw: the number of a draw, and body: that of "
+        "a free mass."
     ),
 ]
 _LEAST = [name for name, which in WORST.items() if which == "least"]
@@ -263,6 +283,8 @@ class FigureSettings(Product):
 
     overlays: ClassVar[bool] = False
     """Whether branches without a place are drawn over each other."""
+    draws_bodies: ClassVar[bool] = False
+    """Whether it draws all free masses."""
 
     see: See = None
 
@@ -276,6 +298,18 @@ class FigureSettings(Product):
         for name, values in study.dimensions.items():
             if name not in used and len(values) > 1:
                 self._without_place(name, len(values), mistakes)
+        if "body" not in used and not self.draws_bodies:
+            self._need_body(study, mistakes)
+
+    def _need_body(self, study: StudyContents, mistakes: Mistakes) -> None:
+        """Note that it shows one free mass, of which there are several."""
+        shown = {getattr(self, "variable", None), *(getattr(self, "variables", None) or ())}
+        shown |= {name for name in self.needs if isinstance(name, str)}
+        for name in sorted(filter(None, shown & study.of_bodies)):
+            ways = [f"{key}: body, or " for key, role in self.roles.items() if role.bodies]
+            allowed = f"{''.join(ways)}at: {{body: {study.bodies[0]}}}"
+            mistakes.add((), f"shows one free mass, and {name} has {len(study.bodies)}", allowed)
+            return
 
     def files(self, stem: str, study: Any) -> dict[str, dict[str, Any]]:
         left_out = {"each", "see", "interactive"}
@@ -299,7 +333,8 @@ class FigureSettings(Product):
                 message = f"'{name}' is {used[name]} already"
                 mistakes.add(("at", name), message, "an axis without a place")
             else:
-                check_listed(("at", name), name, value, study.dimensions, mistakes)
+                known = study.dimensions | ({"body": study.bodies} if study.bodies else {})
+                check_listed(("at", name), name, value, known, mistakes)
         return dict.fromkeys(given, "at")
 
     def _without_place(self, name: str, count: int, mistakes: Mistakes) -> None:

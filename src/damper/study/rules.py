@@ -8,6 +8,7 @@ from typing import Any
 
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import EACH_DRAW
+from damper.parameters.masses import OF_ANY_MASS, split
 from damper.parameters.models import SMOOTH, unknown_model
 from damper.parameters.quantities import INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.estimate import MOST_SLICES, refuse_excess
@@ -174,11 +175,15 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
 
 
 def _check_models(study: Study, contents: StudyContents, mistakes: Mistakes) -> None:
-    """Refuse what does not know this model of the damper."""
+    """Refuse what does not know this model of the damper, and masses that there are not."""
+    fewest, most = (fewer(len(point.each) for point in study.corners) for fewer in (min, max))
     for name, made in contents.made.items():
-        for key, message in made.refusals(study.model).items():
+        if made.bodies and max(made.bodies) >= fewest:
+            message = f"there is no mass {max(made.bodies)}: the damper has {fewest}, from 0"
+            mistakes.add(("observers", name, "bodies"), message, f"whole numbers < {fewest}")
+        for key, (message, way) in made.refusals(study.model, most).items():
             place = ("observers", name, key) if key else ("observers", name)
-            mistakes.add(place, message, "a study without it, or of one of these models")
+            mistakes.add(place, message, way or "a study without it, or of one of these models")
     for name in study.orbits if study.model not in SMOOTH else ():
         message = unknown_model("an orbit", study.model, SMOOTH)
         mistakes.add(("orbits", name), message, "a study of one of these models")
@@ -273,19 +278,40 @@ def _given_once(study: Study, mistakes: Mistakes) -> bool:
     except ValueError as error:
         mistakes.add(("parameters",), str(error))
         return False
+    if not _has_masses(study, mistakes):
+        return False
+    # What each mass has of its own is not asked for of all.
+    numbers = range(len(study.masses))
+    each = (name for name in OF_ANY_MASS if study.masses)
+    every = {name for name in each if all(f"{name}_{k}" in given for k in numbers)}
     missing = [
         quantity
         for quantity in (SI_QUANTITIES if si else QUANTITIES)
-        if quantity.name not in given and quantity.default is None
+        if quantity.name not in {*given, *every} and quantity.default is None
     ]
     for quantity in missing:
         units = quantity.units
         if quantity.name == "force_amplitude":
             units = study.force.si_unit
         within = f" in {units}" if si and units != "1" else ""
-        allowed = f"{quantity.allowed}{within}, under parameters, axes or draws"
+        masses = " or in each of masses" if study.masses and quantity.name in OF_ANY_MASS else ""
+        allowed = f"{quantity.allowed}{within}, under parameters, axes or draws{masses}"
         mistakes.add(("parameters", quantity.name), f"'{quantity.name}' is not given", allowed)
     return not missing
+
+
+def _has_masses(study: Study, mistakes: Mistakes) -> bool:
+    """Whether there are the masses of which axes or draws are quantities."""
+    count, there = len(study.masses), True
+    for section in ("axes", "draws"):
+        for name in study.sections[section]:
+            common, k = split(name) or ("", -1)
+            if count <= k:
+                message = f"'{name}' is of mass {k}, but masses lists {count}, from 0"
+                names = [f"{common}_{n}" for n in range(count)]
+                mistakes.add((section, name), message, join_names(names or ["masses: [{}, {}]"]))
+                there = False
+    return there
 
 
 def _check_displaced(study: Study, mistakes: Mistakes) -> None:

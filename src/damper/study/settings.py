@@ -24,7 +24,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from damper.observers import OBSERVERS, observer_class
 from damper.observers.common.settings import Setting, Visibility
-from damper.parameters.quantities import ALL, PARAMETER_NAMES
+from damper.parameters.quantities import ALL, PARAMETER_NAMES, quantities_in
 from damper.parameters.setting import END
 from damper.parameters.variables import SI_UNITS, SPEED
 from damper.study.axes import MOST_VALUES, grid, short
@@ -315,6 +315,7 @@ Draws = Annotated[
         "drawn quantity",
         {**_DRAW_KEYS, **dict.fromkeys(ALL, Drawn)},
         to="[low, high], or what else it may be; and count, seed",
+        masses=True,
     ),
     AfterValidator(_check_draws),
     Field(
@@ -326,7 +327,7 @@ Draws = Annotated[
 
 def drawn_of(draws: Mapping[str, Any]) -> dict[str, Drawn]:
     """Return the quantities that are drawn, in their order."""
-    return {name: draws[name] for name in ALL if name in draws}
+    return {name: draws[name] for name in quantities_in(draws)}
 
 
 def check_drawn(draws: Mapping[str, Any], mistakes: Mistakes) -> None:
@@ -378,7 +379,7 @@ class FollowedOrbit(Strict):
     ] = 500
     at: Annotated[
         dict[str, Coordinate],
-        NamedMapping("axis", tuple(ALL), to="one of its values"),
+        NamedMapping("axis", tuple(ALL), to="one of its values", masses=True),
         Field(description="Values of other axes to follow it at; at each value when not given."),
     ] = _NONE
     curves: Annotated[

@@ -11,6 +11,7 @@ import xarray as xr
 
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import HARMONIC, Forcing, read_forcing
+from damper.parameters.masses import OF_ANY_MASS, listed, own_values
 from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered, unknown_name
 from damper.parameters.quantity import filled, real
 from damper.parameters.run import DEFAULTS, settings_text
@@ -36,6 +37,7 @@ def simulate(
     follow: Mapping[str, str] | None = None,
     initial: str = "rest",
     forcing: Forcing | str = HARMONIC,
+    masses: Sequence[Mapping[str, Any]] | None = None,
     draws: Mapping[str, Any] | None = None,
     state: State | None = None,
     workers: int | None = None,
@@ -68,6 +70,10 @@ def simulate(
         Where the primary starts: at rest or on its steady linear response.
     forcing : Forcing or str
         What drives every damper, as for `damper.Parameters`; a harmonic force by default.
+    masses : sequence of mapping, optional
+        Several free masses, as for `damper.Parameters`, counted from 0. A sequence among their
+        values makes a dimension, such as ``clearance_1`` of mass 1; these names may be arguments
+        and drawn as well. What every mass has of its own need not be given for all.
     draws : mapping, optional
         Quantities at random, the same draws at every point, along a dimension ``draw``:
         ``{"count": 20, "seed": 1, "initial_position": [-1, 1], "restitution": [0.5, 0.7]}``. In
@@ -107,11 +113,28 @@ def simulate(
         if name not in ALL:
             raise unknown_name("argument", name, _SIGNATURE.parameters)
     given = {name: value for name, value in given.items() if value is not None}
+    count, own = 0, {}
+    if masses is not None:
+        made = listed(masses)
+        count, own = len(made), own_values(made)
+        for name in own:
+            if name in given:
+                raise ValueError(f"{name} is given, and in masses as well: one of the two")
+        given |= own
     if parameters is not None:
         need_parameters(parameters)
-        given = {**parameters.given, **given}
-        own = given.pop("forcing", HARMONIC)
-        forcing = own if forcing is HARMONIC else forcing
+        beside: dict[str, Any] = dict(parameters.given)
+        force = beside.pop("forcing", HARMONIC)
+        forcing = force if forcing is HARMONIC else forcing
+        there = beside.pop("masses", ())
+        if there and masses is None:
+            count, beside = len(there), beside | own_values(map(dict, there))
+        given = beside | given
+    for name in OF_ANY_MASS if count else ():
+        each = [given.get(f"{name}_{k}") for k in range(count)]
+        # Said of all, where each has its own, it would be one mass's.
+        if isinstance(given.get(name), float) and None not in each and given[name] == each[0]:
+            del given[name]
     force = read_forcing(forcing)
     random = _checked_starts(initial, draws, given, state)
     values = {"phase": 0.0} | given
@@ -144,6 +167,7 @@ def simulate(
             observers=observers,
             primary=initial,
             forcing=force,
+            masses=count,
             draws=random,
             follow=follow,
             state=state,
@@ -160,6 +184,7 @@ def simulate(
             {n: v if isinstance(v, Mapping) else type(DEFAULTS[n])(v) for n, v in run.items()},
             {name: axes[name] for name in follow},
             force,
+            count,
         ),
     }
     if state is not None:

@@ -7,7 +7,7 @@ from itertools import pairwise
 from itertools import product as combinations
 from typing import Any
 
-from damper.parameters.quantities import ALL
+from damper.parameters.quantities import quantities_in
 
 #: What an axis may be followed in; both directions make two branches.
 DIRECTIONS = {"up": ("up",), "down": ("down",), "both": ("up", "down")}
@@ -89,7 +89,7 @@ def draw(draws: Mapping[str, Any]) -> dict[str, list[float]]:
     {'initial_position': [-0.7312715117751976, 0.6948674738744653]}
     """
     generator = random.Random(draws["seed"])
-    rules = {name: draws[name] for name in ALL if name in draws}
+    rules = {name: draws[name] for name in quantities_in(draws)}
     drawn: dict[str, list[float]] = {name: [] for name in rules}
     for _ in range(draws["count"]):
         for name, rule in rules.items():

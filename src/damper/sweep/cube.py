@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.parameters.quantities import ALL, is_si
+from damper.parameters.quantities import ALL, is_si, quantities_in
 from damper.parameters.units import AMPLITUDES, FORCE, FREE, attributes_of, name_of
 from damper.parameters.variables import NO_VALUE, OWN_DIMENSIONS, SI_UNITS, STATUS, Variable
 from damper.sweep.parts import PartData
@@ -68,9 +68,11 @@ def dataset(
         array = arrays[variable.name]
         array = array.reshape(shape + array.shape[1:])
         data[variable.name] = described(variable, array, dims, missing=variable is not STATUS)
-    si = is_si([*axes, *fixed, *(labels or ())])
+    names = [*axes, *fixed, *(labels or ())]
+    si = is_si(names)
     coords: dict[str, Any] = {}
-    for name, quantity in ALL.items():
+    for name in quantities_in(names):
+        quantity = ALL[name]
         units = SI_UNITS.get(quantity.units, quantity.units) if si else quantity.units
         about = Variable(name, quantity.long_name, units)
         if name in axes:

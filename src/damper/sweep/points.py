@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 from damper.models.walls import slack
 from damper.parameters import Parameters, SIParameters, State, Units
-from damper.parameters.quantities import ALL, INITIAL_NAMES, check_quantity, is_si, unknown_name
+from damper.parameters.named import arguments, damper_of, language
+from damper.parameters.quantities import ALL, check_quantity
 from damper.parameters.state import need_state
 from damper.theory.steady import steady_state
 
@@ -79,7 +79,8 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     ----------
     values : mapping of str to float
         All parameters of one system of units, and initial quantities that are not zero; `forcing`
-        is a force, or its name, and `masses` as for `damper.Parameters`.
+        is a force, or its name, and `masses` as for `damper.Parameters`; `clearance_1` is the
+        clearance of mass 1. What every mass has of its own need not be given for all.
     primary : {"rest", "steady"}
         Where the primary starts.
 
@@ -90,8 +91,8 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     """
     if primary not in PRIMARY_STARTS:
         raise ValueError(f"primary = {primary!r}: must be one of {', '.join(PRIMARY_STARTS)}")
-    kind, names, given = _language(tuple(values))
-    scaled = kind.of_known(**{name: values[name] for name in names})
+    kind, names, own, given = language(tuple(values))
+    scaled = kind.of_known(**arguments(kind, names, own, values))
     parameters, units = scaled.dimensionless, scaled.units
     initial = {
         name: check_quantity(name, values[name]) / units.size(ALL[name].units) for name in given
@@ -105,26 +106,6 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
                 )
         steady_state(parameters)
     return Point(parameters, units, initial, primary)
-
-
-# The points of a study all have the same names.
-@lru_cache(maxsize=16)
-def _language(
-    names: tuple[str, ...],
-) -> tuple[type[Parameters] | type[SIParameters], tuple[str, ...], tuple[str, ...]]:
-    """Return the class of the parameters, their names and those of the initial quantities."""
-    initial = tuple(name for name in INITIAL_NAMES if name in names)
-    parameters = tuple(name for name in names if name not in INITIAL_NAMES)
-    si = is_si(parameters)
-    kind = SIParameters if si else Parameters
-    known = {q.name: q for q in kind.quantities}
-    for name in parameters:
-        if name not in known and name not in ("forcing", "masses"):
-            raise unknown_name("parameter", name, known)
-    missing = [name for name, q in known.items() if name not in parameters and q.default is None]
-    if missing:
-        raise TypeError(f"missing parameters: {', '.join(missing)}")
-    return kind, parameters, initial
 
 
 def need_parameters(given: object) -> None:
@@ -153,11 +134,9 @@ def one_run(
     if not values:
         return parameters, state  # type: ignore[return-value]
     values = (parameters.given if parameters else {}) | dict(values)
-    kind, names, initial = _language(tuple(values))
+    _, _, _, initial = language(tuple(values))
     if initial and state:
         raise ValueError("state stands alone: no initial quantities beside it")
     point = read_point(values)
     start = point.start()
-    return kind(**{name: values[name] for name in names}), start.times(
-        point.units
-    ) if start else state
+    return damper_of(values), start.times(point.units) if start else state

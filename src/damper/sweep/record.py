@@ -18,6 +18,7 @@ def record(
     run: Mapping[str, Any],
     followed: Mapping[str, Sequence[float]],
     forcing: Forcing = HARMONIC,
+    masses: int = 0,
 ) -> dict[str, Any]:
     """Attributes of a cube from the arguments of `damper.sweep.runs.run_points`.
 
@@ -35,10 +36,13 @@ def record(
             else value
             for name, value in run.items()
         },
-        "observers": json.dumps(plain, default=lambda value: value.tolist()),
+        "observers": json.dumps(
+            plain, default=lambda value: getattr(value, "tolist", lambda: [*value])()
+        ),
         "primary_starts": primary,
         **({"followed": json.dumps(dict(followed))} if followed else {}),
         **({} if forcing == HARMONIC else {"forcing": json.dumps(forcing.settings)}),
+        **({"masses": masses} if masses else {}),
     }
 
 
@@ -73,6 +77,11 @@ def force_of(cube: Any) -> dict[str, Forcing]:
             raise ValueError("each draw of the cube has a noise of its own: choose a draw")
         settings["seed"] = int(cube.noise_seed)
     return {"forcing": forcing_of(settings)}
+
+
+def masses_of(cube: Any) -> dict[str, int]:
+    """Return how many masses a cube's dampers list, as an argument; none where they list none."""
+    return {"masses": int(cube.attrs["masses"])} if "masses" in cube.attrs else {}
 
 
 def followed(cube: Any) -> dict[str, list[float]]:
@@ -124,6 +133,7 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
         "observers": {name: settings[name] for name in observers or settings},
         "primary": about["primary_starts"],
         **force_of(cube),
+        **masses_of(cube),
         **settings_of(cube),
     }
 

@@ -40,6 +40,7 @@ def run_points(
     *,
     primary: str = "rest",
     forcing: Forcing | str | None = None,
+    masses: int = 0,
     state: State | None = None,
     predecessor: Sequence[int] | None = None,
     progress: Progress | None = None,
@@ -59,6 +60,9 @@ def run_points(
         Where the primary starts: at rest, or on its steady linear response.
     forcing : Forcing or str, optional
         What drives every damper, as for `damper.Parameters`; else what each point says.
+    masses : int, default 0
+        How many free masses every damper has, of which points may say what each has of its own;
+        with 0, what they list.
     state : State, optional
         Start of every run, in place of all that.
     predecessor : sequence of int, optional
@@ -91,8 +95,9 @@ def run_points(
         For values out of range, and for what cannot end or does not go into memory, before
         anything is run.
     """
-    force = {} if forcing is None else {"forcing": forcing}
-    read = [read_point({**values, **force}, primary) for values in points]
+    every: dict[str, Any] = {} if forcing is None else {"forcing": forcing}
+    every |= {"masses": [{}] * masses} if masses else {}
+    read = [read_point({**values, **every}, primary) for values in points]
     chains = _chains(predecessor, len(read))
     threads = _threads(workers, len(read), len(chains))
     asked = list(observers) if isinstance(observers, Iterator) else observers

@@ -48,6 +48,7 @@ def simulate_slice(
     primary: str = "rest",
     forcing: Forcing | str | None = None,
     own_noise: bool = False,
+    masses: int = 0,
     draws: Mapping[str, Any] | None = None,
     follow: Mapping[str, str] | None = None,
     state: State | None = None,
@@ -63,7 +64,7 @@ def simulate_slice(
         Fixed quantities, and the slice's place along the fanned axes.
     axes : mapping of str to values
         The axes that run inside the job.
-    observers, primary, forcing, state, progress, workers, **run
+    observers, primary, forcing, masses, state, progress, workers, **run
         As for `damper.sweep.runs.run_points`.
     own_noise : bool, default False
         Whether each draw has its own: `forcing` with another seed.
@@ -105,6 +106,8 @@ def simulate_slice(
         points = [{**p, "forcing": noises[k % len(seeds)]} for k, p in enumerate(points)]
     elif forcing is not None:
         points = [{**point, "forcing": forcing} for point in points]
+    if masses:
+        points = [{**point, "masses": [{}] * masses} for point in points]
     arrays, made = run_points(
         points,
         observers,

@@ -15,7 +15,7 @@ from damper.analysis.reduction import runs_over
 from damper.figures.common import style
 from damper.parameters.forcing import force_text
 from damper.parameters.lazy import Artist, Axes, Figure, xr
-from damper.parameters.quantities import unknown_name
+from damper.parameters.quantities import quantities_in, unknown_name
 from damper.parameters.units import units_of
 
 #: Letters that fit in an inch of heading, of label, and of legend.
@@ -116,7 +116,7 @@ def head(
     clock = ("phase", "frequency_ratio", "forcing_frequency") if "of" in force else ()
     values = [
         place_text(place, name, coords[name].item())
-        for name in (*style.SYMBOLS, "direction", "draw")
+        for name in (*quantities_in(coords), "direction", "draw")
         if name in coords and coords[name].ndim == 0 and name not in clock
     ]
     values += force_text(force).split(", ") if force else []

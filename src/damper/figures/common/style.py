@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from damper.parameters.lazy import Figure
-from damper.parameters.quantities import ALL
+from damper.parameters.quantities import ALL, OfQuantities
 from damper.parameters.units import (
     ACCELERATION,
     AMPLITUDES,
@@ -58,10 +58,10 @@ _HUES = (
 #: How stretches in which the masses stick are shaded.
 STUCK: dict[str, Any] = {"color": YELLOW, "alpha": 0.45, "lw": 0.0}
 
-SYMBOLS = {name: quantity.symbol for name, quantity in ALL.items()}
-LONG_NAMES = {name: quantity.long_name for name, quantity in ALL.items()} | {
-    "mass_ratio": "mass ratio"  # the symbol follows
-}
+SYMBOLS = OfQuantities(ALL, lambda quantity: quantity.symbol)
+LONG_NAMES = OfQuantities(
+    ALL, lambda quantity: quantity.long_name.replace("mass ratio m/M", "mass ratio")
+)
 #: Symbols of variables that have one.
 VARIABLE_SYMBOLS = {
     "displacement": "$x$",
@@ -230,6 +230,8 @@ def axis_label(name: str, units: str | None = None) -> str:
 
 def value_text(name: str, value: Any, units: str | None = None) -> str:
     """Write the value of a quantity, or of a branch, as in a panel's title."""
+    if name == "body":
+        return f"mass {value}"
     if name not in ALL:
         return _BRANCHES.get((name, value), f"{name} {value}")
     shown = units_text(units or ALL[name].units)

@@ -12,13 +12,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine import model as declared
+from damper.engine import segment as columns
 from damper.engine.bodies import Ballistic, WeightedSum, acceleration_of, start_point, sum_after
 from damper.engine.compiled import compiled, plain
 from damper.engine.completion import bounce_at
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import horizon, phase_at
 from damper.engine.forcing.weighed import WeighedForce
-from damper.engine.impact import ConstantRestitution
+from damper.engine.impact import ConstantRestitution, DifferingWalls
 from damper.engine.model import Step
 from damper.engine.oscillator import (
     Motion,
@@ -57,6 +58,14 @@ RATIO, CLEARANCE, GRAVITY, LEFT, RIGHT = range(5)
 #: to be told in a row of its own.
 GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION = range(8)
 _BODY = 8
+#: Columns of the log -> those of a body.
+_OF_BODY = (
+    (columns.GAP, GAP),
+    (columns.GAP_RATE, RATE),
+    (columns.SIDE, SIDE),
+    (columns.MODE, MODE),
+    (columns.FIRST_SPEED, FIRST),
+)
 #: In place of a completion: the body has left its wall without a jump of the force just now, so
 #: both accelerations are the same, exactly.
 _LIFTS = -1.0
@@ -303,6 +312,38 @@ def _columns_of(model):
 def _masses_in(model, state):
     y, u = state.of_each(len(model.masses))
     return np.array(y), np.array(u)
+
+
+@declared.count_masses.register(Several)
+def _count_masses(model):
+    return len(model.masses)
+
+
+@declared.view_of_mass.register(Several)
+def _view_of_mass(model, body):
+    own = model.masses[body]
+    # No motion has a mirror image where the walls of any mass differ.
+    unlike = model.masses[model.masses[:, LEFT] != model.masses[:, RIGHT]]
+    left, right = (unlike if len(unlike) else model.masses[[body]])[0, [LEFT, RIGHT]].tolist()
+    return model._replace(
+        mass_ratio=float(own[RATIO]),
+        clearance=float(own[CLEARANCE]),
+        law=DifferingWalls(ConstantRestitution(left), ConstantRestitution(right)),
+    )
+
+
+@declared.log_of_mass.register(Several)
+def _log_of_mass(model, log, body):
+    made = log.copy()
+    others = log[:, COLUMNS] != body
+    rows = log[others]
+    first = COLUMNS + 2 + _BODY * body
+    for column, field in _OF_BODY:
+        made[others, column] = rows[:, first + field]
+    made[others, columns.CAUSE], made[others, columns.SPEED] = NOTHING, 0.0
+    made[others, columns.COMPLETION] = np.maximum(rows[:, first + COMPLETION], 0.0)
+    made[:, COLUMNS] = body
+    return made
 
 
 @declared.read_segment.of(Several)
@@ -884,6 +925,29 @@ def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, flo
             b[GAP] += b[SIDE] * carried
             b[RATE] += b[SIDE] * change
     return x + carried, v + change, bodies
+
+
+@declared.masses_at.of(Several)
+def _masses_at(model, segment, tau, masses):
+    s = segment
+    x, v, bodies = s.x, s.v, s.bodies
+    if tau >= 0.0:
+        x, v, bodies = bodies_in(model, s, tau)
+    for k in range(len(bodies)):
+        b = bodies[k]
+        side = float(b[SIDE])
+        masses[k, 0] = x + side * (float(model.masses[k, CLEARANCE]) - float(b[GAP]))
+        # What is not hit goes on as it was; what sticks, with the primary.
+        masses[k, 1] = v - side * float(b[RATE])
+        masses[k, 2] = float(s.bodies[k, MODE])
+        if tau == declared.BEFORE:
+            told = k == int(s.body) and s.cause == IMPACT
+            if told or b[CAUSE] == IMPACT:
+                masses[k, 1] = s.v_before + side * (s.speed if told else float(b[SPEED]))
+                masses[k, 2] = FLIGHT
+            elif b[MODE] == STICKING:
+                masses[k, 1] = s.v_before
+    return x, s.v_before if tau == declared.BEFORE else v
 
 
 @declared.motion.of(Several)

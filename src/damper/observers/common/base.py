@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.model import speeds_in_tail
+from damper.engine.model import count_masses, speeds_in_tail
 from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.settings import Setting
@@ -47,6 +47,12 @@ class Observer:
 
     models: ClassVar[tuple[str, ...]] = ONE_MASS
     """Models of the damper that it knows; a `Setting` may know less."""
+    bodies: Any = ()
+    """Of an observer with this setting: the free masses that it is made for, one by one."""
+    sees_all: ClassVar[bool] = False
+    """Whether one of it observes all these masses."""
+    shared: ClassVar[tuple[str, ...]] = ()
+    """Variables of such an observer that are the same for each mass."""
     settings: ClassVar[dict[str, Setting]] = {}
     """The class's own first, then those of its bases."""
 
@@ -104,20 +110,30 @@ class Observer:
         """Coordinate values of the observer's own dimensions; none by default."""
         return {}
 
-    def refusals(self, model: str) -> dict[str, str]:
-        """Why it cannot observe a damper of this model, by the setting; "" is the observer."""
-        return {
-            name: unknown_model(f"{self.name}.{name}".rstrip("."), model, known)
-            for name, known in self._known.items()
-            if model not in known
-        }
+    def refusals(self, model: str, masses: int = 1) -> dict[str, tuple[str, str]]:
+        """Why it cannot observe a damper of this model, by the setting; "" is the observer.
+
+        With each reason goes what to give; "" is another model.
+        """
+        found = {}
+        for name, known in self._known.items():
+            if model in known:
+                continue
+            if model == "several" and "bodies" in self.settings and {*known} >= {*ONE_MASS}:
+                if not self.bodies:
+                    reason = f"{self.name} observes one free mass, and there are {masses}"
+                    found[""] = reason, f"bodies: {list(range(masses))}, or some of them"
+            else:
+                found[name] = unknown_model(f"{self.name}.{name}".rstrip("."), model, known), ""
+        return found
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run, by its number; observers add what they need for it."""
-        for message in self.refusals(name_of(trajectory.model)).values():
-            raise ValueError(message)
+        model = trajectory.model
+        for reason, way in self.refusals(name_of(model), count_masses(model)).values():
+            raise ValueError(f"{reason}: give {way}" if way else reason)
         self._run = run
-        self._model = trajectory.model
+        self._model = model
         # Compiled passes know one kind of window.
         self._window = Window(*map(float, window))
 

@@ -5,13 +5,14 @@ import numpy as np
 from damper.engine.compiled import compiled
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.base import Observer, Window
-from damper.observers.common.settings import FREE_MASS
+from damper.observers.common.settings import BODIES, FREE_MASS
 from damper.parameters.variables import LENGTH, SPEED, Variable
 
 
 class Section(Observer):
     """Base of the sections: samples of the primary's, and perhaps the free mass's, motion."""
 
+    bodies = BODIES
     free_mass = FREE_MASS
 
     @property

@@ -7,6 +7,7 @@ reference follow from that.
 from collections.abc import Mapping
 from typing import Any
 
+from damper.parameters.masses import MOST_MASSES
 from damper.parameters.models import ONE_MASS
 from damper.parameters.setting import Setting as Setting
 from damper.parameters.units import SI_UNITS, TIME
@@ -37,5 +38,13 @@ VISIBILITY = Visibility(
     0.03,
     "From which approach speed an impact is visible, and so counts: a complete burst has "
     "infinitely many.",
+)
+#: Of every observer of one free mass that can be made for each of several.
+BODIES = Setting(
+    (),
+    "Of several free masses those to observe, from 0, along the dimension `body`.",
+    ge=0,
+    lt=MOST_MASSES,
+    integers=True,
 )
 FREE_MASS = Setting(False, "Whether to record the free mass as well.", models=ONE_MASS)

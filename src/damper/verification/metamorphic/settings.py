@@ -90,4 +90,4 @@ class Metamorphic(base.Verification):
                     if one not in base.DIMENSIONLESS:
                         mistakes.unknown((one,), "dimensionless quantity", one, base.DIMENSIONLESS)
                     elif one in MODEL_NAMES["several"]:
-                        mistakes.add((one,), "no laws of several masses are known", "without it")
+                        mistakes.add((one,), "these relations know one free mass", "without it")

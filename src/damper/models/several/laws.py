@@ -1,0 +1,178 @@
+"""What the observer `laws` has to know of several free masses: each law of all at one instant."""
+
+import numpy as np
+
+from damper.engine.bodies import acceleration_of
+from damper.engine.compiled import compiled
+from damper.engine.forcing import phase_at, rate_of
+from damper.engine.oscillator import arrive, increments
+from damper.engine.search import HORIZON, ROUNDOFF
+from damper.engine.segment import IMPACT, NOTHING, STICKING, TAIL
+from damper.models.laws import (
+    compare_masses,
+    have_rigid_walls,
+    larger,
+    largest_force,
+    mass_speed,
+    sample_masses,
+    samples_in,
+    violation,
+)
+from damper.models.several import (
+    CAUSE,
+    CLEARANCE,
+    GAP,
+    GRAVITY,
+    MODE,
+    RATE,
+    RATIO,
+    SIDE,
+    Several,
+    begin,
+    bodies_in,
+    flight_of,
+    gap_after,
+    is_joined,
+    mass_of,
+    restitution_of,
+    segment_of,
+    view_of,
+)
+
+have_rigid_walls(Several)
+#: Columns of what `_unclipped` finds of each mass; the last is the size of the gap's terms.
+_GAP, _RATE, _SIZE = range(3)
+
+
+@compiled
+def _unclipped(model, s, start, tau):
+    """State of the primary a time after a segment's start, and of each mass the gap as it is."""
+    x, v, bodies = bodies_in(model, s, tau)
+    p = start.primary
+    if tau == HORIZON:
+        centre, speed = arrive(start.osc, p, tau)
+        way, change = (centre - p.x) - p.v * tau, speed - p.v
+    else:
+        way, change, _ = increments(start.osc, p, tau)
+        centre, speed = p.x + (p.v * tau + way), p.v + change
+    found = np.zeros((len(bodies), 3))
+    for k in range(len(bodies)):
+        b = bodies[k]
+        if is_joined(b[MODE]):
+            found[k, _GAP], found[k, _RATE] = b[GAP], b[RATE]
+            found[k, _SIZE] = abs(b[GAP]) + abs(b[RATE]) * tau
+            continue
+        seg = segment_of(s, start, k)
+        view = view_of(model, start, k, 0.0, seg.side)
+        own = flight_of(view.mass, start, view, seg)
+        gap, rate, roundoff = gap_after(own, view, seg, way, change, tau)
+        # The bounces of a tail move the primary about the centre that it follows.
+        found[k, _GAP] = gap + seg.side * (x - centre)
+        found[k, _RATE] = rate + seg.side * (v - speed)
+        found[k, _SIZE] = roundoff / ROUNDOFF + (abs(seg.gap_rate) + abs(p.v)) * tau
+    return x, v, found
+
+
+@compiled
+def _is_hit(s, k):
+    """Whether an impact of a mass begins a segment, or is still to be told."""
+    return s.bodies[k, CAUSE] == IMPACT or (s.cause == IMPACT and k == int(s.body))
+
+
+@compiled
+def _is_over(model, s, k, rebound):
+    """Whether a chatter sequence that is closed at its last impact has no more time left."""
+    phase = phase_at(model.free.forcing, s.periods, s.time)
+    y = s.x + float(s.bodies[k, SIDE] * model.masses[k, CLEARANCE])
+    a = acceleration_of(model.free, s.x, s.v, phase)
+    b = acceleration_of(mass_of(model, k), y, s.v, phase)
+    return rebound <= model.tolerance * abs(a - b)
+
+
+@compiled
+def _speeds(model, last, v, ends, x):
+    """Size of the terms of a velocity: those at both ends, and what forces and dashpot add."""
+    force = largest_force(model)
+    size = abs(last.v) + abs(v) + (force + abs(last.x)) * min(last.duration, 1.0)
+    size += abs(last.v) * min(2.0 * model.free.damping * last.duration, 1.0)
+    for k in range(len(ends)):
+        clearance, gravity = model.masses[k, CLEARANCE], model.masses[k, GRAVITY]
+        size += abs(ends[k, _RATE]) + abs(last.bodies[k, RATE])
+        size += float(abs(gravity)) * last.duration
+        size += mass_speed(model.mass, float(clearance), abs(x), abs(last.v), last.duration)
+    return size
+
+
+@compare_masses.of(Several)
+def _compare(model, last, s, found):
+    x, v, ends = _unclipped(model, last, begin(model, last), last.duration)
+    speeds = _speeds(model, last, v, ends, x)
+    lengths = largest_force(model) + abs(x) + abs(last.x)
+    # What happens at one instant is told in as many segments, of which the first has it all.
+    first = not np.any(last.bodies[:, CAUSE] != NOTHING)
+    jump = violation(s.x - x, lengths + abs(last.v) * last.duration)
+    jump = larger(jump, violation((s.v_before if first else s.v) - v, speeds))
+    change, any_hit = s.v - v, False
+    for k in range(len(ends)):
+        b = s.bodies[k]
+        side, old = float(b[SIDE]), float(last.bodies[k, SIDE])
+        gap, rate, size = ends[k, _GAP], ends[k, _RATE], lengths + ends[k, _SIZE]
+        u = v - old * rate
+        if side != old:
+            width = 2.0 * float(model.masses[k, CLEARANCE])
+            gap, rate, size = width - gap, -rate, size + width
+        own = s.v - side * float(b[RATE])
+        change += float(model.masses[k, RATIO]) * (own - u)
+        if first and _is_hit(s, k):
+            any_hit = True
+            found.touch = larger(found.touch, violation(gap, size))
+            rebound = -restitution_of(model, k, side) * rate
+            if not (b[MODE] == TAIL and b[RATE] == 0.0 and _is_over(model, s, k, rebound)):
+                law = violation(float(b[RATE]) - rebound, speeds)
+                found.restitution_law = larger(found.restitution_law, law)
+            continue
+        jump = larger(jump, violation(float(b[GAP]) - gap, size))
+        # What sticks is pressed on, also where it is released at once.
+        if not (last.bodies[k, MODE] == STICKING and b[RATE] == 0.0):
+            jump = larger(jump, violation(own - u, speeds))
+    if any_hit:
+        momentum = violation(change, speeds * (1.0 + model.mass_ratio))
+        found.momentum = larger(found.momentum, momentum)
+    else:
+        jump = larger(jump, violation(s.v - v, speeds))
+    found.continuity = larger(found.continuity, jump)
+
+
+@sample_masses.of(Several)
+def _sample(model, s, found):
+    start = begin(model, s)
+    forcing_rate = rate_of(model.free.forcing)
+    samples = samples_in(model.free.rate, forcing_rate, s.duration)
+    bounces = np.any(s.bodies[:, MODE] == TAIL)
+    force = largest_force(model)
+    for k in range(samples + 1):
+        # Denser towards both ends, where the walls are.
+        at = (k + 0.5) / samples
+        tau = s.duration * (at * at * (3.0 - 2.0 * at)) if k < samples else s.duration
+        x, v, all_gaps = _unclipped(model, s, start, tau)
+        energy = 0.5 * (x * x + v * v)
+        phase = phase_at(start.osc.forcing, s.periods, s.time + tau)
+        a = acceleration_of(start.osc, x, v, phase)
+        for j in range(len(all_gaps)):
+            ratio, clearance, gravity = model.masses[j, RATIO], model.masses[j, CLEARANCE], 0.0
+            gravity = float(abs(model.masses[j, GRAVITY]))
+            gap, rate, size = all_gaps[j, _GAP], all_gaps[j, _RATE], all_gaps[j, _SIZE]
+            side = float(s.bodies[j, SIDE])
+            depth = max(-gap, gap - 2.0 * clearance, 0.0)
+            found.penetration = larger(found.penetration, violation(depth, force + abs(x) + size))
+            # The free mass's velocity is a difference, with the roundoff of its terms.
+            energy += ratio * abs(v - side * rate) * (abs(v) + abs(rate))
+            energy += ratio * gravity * (abs(x) + clearance)
+            if s.bodies[j, MODE] == STICKING and not bounces:
+                y = x + side * clearance
+                pressed = side * (acceleration_of(mass_of(model, j), y, v, phase) - a)
+                speed = abs(v) + abs(s.v) + (force + abs(s.x)) * min(s.duration, 1.0)
+                size = force + gravity + 2.0 * model.free.damping * speed + abs(x) + abs(s.x)
+                tensile = violation(min(pressed, 0.0), size)
+                found.tensile_force = larger(found.tensile_force, tensile)
+        found.largest = max(found.largest, energy)

@@ -1,0 +1,96 @@
+"""An observer of one free mass, of each of several that its setting `bodies` lists."""
+
+from collections.abc import Mapping
+from copy import copy
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from damper.engine.model import count_masses, log_of_mass, view_of_mass
+from damper.engine.trajectory import Trajectory
+from damper.observers.common.base import Observer, Window
+from damper.observers.common.settings import Setting
+from damper.parameters.variables import Variable
+
+
+def need_bodies(model: Any, name: str, bodies: tuple[int, ...]) -> None:
+    """Raise ValueError for a free mass that there is not."""
+    count = count_masses(model)
+    if max(bodies) >= count:
+        raise ValueError(
+            f"{name}.bodies = {list(bodies)!r}: there is no mass {max(bodies)}: this damper has "
+            f"{count}, from 0"
+        )
+
+
+class OfEachBody(Observer):
+    """An observer for each of several free masses, along the dimension `body`.
+
+    What a mass has no part in, such as the primary's motion, is written once.
+    """
+
+    settings: ClassVar[dict[str, Setting]] = {}
+
+    def __init__(self, kind: type[Observer], given: Mapping[str, Any]) -> None:
+        self._observers = [kind(**given) for _ in kind(**given).bodies]
+        self.bodies: tuple[int, ...] = self._observers[0].bodies
+
+    @property
+    def name(self) -> str:
+        """That of the observers."""
+        return self._observers[0].name
+
+    @property
+    def variables(self) -> list[Variable]:
+        """What they write, along `body`."""
+        shared = self._observers[0].shared
+        return [
+            v if v.name in shared else replace(v, dims=("body", *v.dims))
+            for v in self._observers[0].variables
+        ]
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Those of all; each observer writes into its part."""
+        return self._arrays
+
+    @arrays.setter
+    def arrays(self, arrays: dict[str, np.ndarray]) -> None:
+        self._arrays = arrays
+        shared = self._observers[0].shared
+        for k, observer in enumerate(self._observers):
+            observer.arrays = {n: a if n in shared else a[:, k] for n, a in arrays.items()}
+
+    def size(self, dim: str, window_length: int) -> int:
+        """Number of masses, or what each observer says."""
+        return len(self.bodies) if dim == "body" else self._observers[0].size(dim, window_length)
+
+    def coordinates(self) -> dict[str, np.ndarray]:
+        """Numbers of the masses, and what each observer has."""
+        return {"body": np.array(self.bodies)} | self._observers[0].coordinates()
+
+    def allocate(self, runs: int, window_length: int) -> None:
+        """Make the arrays of all."""
+        self._observers[0].allocate(runs, window_length)  # refuses what it does not fit
+        super().allocate(runs, window_length)
+        self.arrays = self._arrays
+
+    def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
+        """Start on a run."""
+        need_bodies(trajectory.model, self.name, self.bodies)
+        self._model = trajectory.model
+        for body, observer in zip(self.bodies, self._observers, strict=True):
+            seen = copy(trajectory)
+            seen.model, seen.body = view_of_mass(trajectory.model, body), body
+            observer.begin(run, seen, window)
+
+    def observe(self, log: np.ndarray) -> None:
+        """Read the next piece of the log, as each mass has it."""
+        for body, observer in zip(self.bodies, self._observers, strict=True):
+            observer.observe(log_of_mass(self._model, log, body))
+
+    def finish(self, finished: bool) -> None:
+        """Write the run's results."""
+        for observer in self._observers:
+            observer.finish(finished)

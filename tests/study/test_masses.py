@@ -1,0 +1,139 @@
+"""Masses that a study lists: what each has of its own, its quantities as axes, what is refused."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from jsonschema import Draft202012Validator
+
+import damper
+from damper.engine.compiled import plain
+from damper.notebook.accessor import CubeAccessor
+from damper.study.config import ConfigError, load_study
+from damper.study.jobs import Job
+from damper.sweep.cube import gather
+from damper.sweep.record import recorded
+from damper.sweep.runs import run_points
+from damper.sweep.slices import run_part
+
+ROOT = Path(__file__).parents[2]
+SCHEMA = Draft202012Validator(json.loads((ROOT / "config/schema/study.schema.json").read_text()))
+STUDY = """\
+title: Two unlike masses
+source: our own
+parameters: {damping_ratio: 0.05, frequency_ratio: 0.8, restitution: 0.6}
+masses:
+  - {mass_ratio: 0.1, clearance: {value: 1, stated: table 2}}
+  - {mass_ratio: {value: 0.02, assumed: light}, restitution: 0.3}
+axes: {clearance_1: {values: [0.5, 2]}}
+draws: {count: 2, seed: 1, gravity_0: [0, 0.2]}
+transient: 1
+periods: 3
+observers: {response: , bursts: {bodies: [0, 1], records: 2}}
+"""
+COMMON = {"damping_ratio": 0.05, "frequency_ratio": 0.8, "restitution": 0.6}
+
+
+def study_of(text: str, tmp_path: Path) -> Any:
+    path = tmp_path / "two.yaml"
+    path.write_text(text)
+    return load_study(path)
+
+
+def cube_of(study: Any) -> Any:
+    """As the workflow makes it."""
+    engine = {"accuracy": 1e-12, "max_events": 10**6}
+    parts: dict[str, Job] = study.parts(engine)
+    made = [run_part(**json.loads(json.dumps(job.settings))) for job in parts.values()]
+    return gather(made, **json.loads(json.dumps(study.gathered(engine)["cube.nc"].settings)))
+
+
+@plain
+def test_a_study_is_the_same_as_simulate(tmp_path: Path) -> None:
+    study = study_of(STUDY, tmp_path)
+    assert SCHEMA.is_valid(yaml.safe_load(STUDY))
+    again = study_of(study.to_yaml(), tmp_path)
+    assert again.to_yaml() == study.to_yaml()
+    cube = cube_of(study)
+    same = damper.simulate(
+        **COMMON,
+        masses=[
+            {"mass_ratio": 0.1, "clearance": 1.0},
+            {"mass_ratio": 0.02, "restitution": 0.3, "clearance": [0.5, 2.0]},
+        ],
+        draws={"count": 2, "seed": 1, "gravity_0": [0, 0.2]},
+        transient=1,
+        periods=3,
+        observers={"response": {}, "bursts": {"bodies": [0, 1], "records": 2}},
+    )
+    assert cube.rms_displacement.dims == ("clearance_1", "draw")
+    assert cube.burst_onset.dims == ("clearance_1", "draw", "body", "burst")
+    for name in (*same.data_vars, *same.coords):
+        assert np.array_equal(cube[name], same[name], equal_nan=True), name
+    assert cube.clearance_0.attrs["stated"] == "table 2"
+    assert cube.mass_ratio_1.attrs["assumed"] == "light"
+    assert study.values["clearance_1"] == "0.5, 2 F0/K"
+    # Each point is that damper, and its cube says how to run it again.
+    place = cube.isel(clearance_1=1, draw=0)
+    masses: list[dict[str, float]] = [
+        {"mass_ratio": 0.1, "clearance": 1.0, "gravity": float(place.gravity_0)},
+        {"mass_ratio": 0.02, "restitution": 0.3, "clearance": 2.0},
+    ]
+    p = damper.Parameters(mass_ratio=9.0, clearance=9.0, **COMMON, masses=masses)
+    found, _ = run_points([p.given], ["response"], transient=1, periods=3)
+    assert float(place.rms_displacement) == found["rms_displacement"][0]
+    assert recorded(place.drop_vars("draw"))["masses"] == 2
+    assert CubeAccessor(place).run().parameters.masses == p.masses
+
+
+@plain
+def test_si_units(tmp_path: Path) -> None:
+    text = STUDY.replace(
+        "damping_ratio: 0.05, frequency_ratio: 0.8",
+        "primary_mass: 2, stiffness: 200, damping: 2, force_amplitude: 10, forcing_frequency: 8",
+    )
+    text = text.replace("mass_ratio: 0.1, clearance", "free_mass: 0.2, gap")
+    text = text.replace("mass_ratio: {value: 0.02", "free_mass: {value: 0.04")
+    text = text.replace("clearance_1: {values: [0.5, 2]}", "gap_1: {values: [0.05, 0.2]}")
+    text = text.replace("value: 1,", "value: 0.1,").replace(
+        "gravity_0: [0, 0.2]}", "gravity_0: [0, 1]}"
+    )
+    made, cube = cube_of(study_of(text, tmp_path)), cube_of(study_of(STUDY, tmp_path))
+    assert made.gap_1.attrs["units"] == "m"
+    assert made.gravity_0.values == pytest.approx(5 * cube.gravity_0.values, rel=1e-15)
+    assert made.rms_displacement.values == pytest.approx(0.05 * cube.rms_displacement.values, 1e-9)
+
+
+WRONG = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())["masses"]
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_wrong_is_said_once(name: str, tmp_path: Path) -> None:
+    old, new, *said = WRONG[name]
+    assert old in STUDY
+    with pytest.raises(ConfigError) as error:
+        study_of(STUDY.replace(old, new, 1), tmp_path)
+    for words in said:
+        assert words in str(error.value)
+
+
+MISTAKES: list[tuple[dict[str, Any], str]] = [
+    (
+        {"masses": [{}, {}], "clearance_2": 1.0},
+        r"^clearance_2 = 1\.0: is of mass 2, and masses has",
+    ),
+    ({"clearance_0": 1.0}, r"^clearance_0 = 1\.0: is of mass 0, and there is no list masses"),
+    ({"masses": [{"clearance": 2}], "clearance_0": 1.0}, r"^clearance_0 is given, and in masses"),
+    ({"masses": [{"mass_ratio": 1}, {}]}, r"^missing parameters, of all masses .*: mass_ratio$"),
+    ({"masses": [{"restitution": [0.1, 2]}]}, r"^mass 0: restitution = 2\.0: must be a finite"),
+]
+
+
+@pytest.mark.parametrize(("given", "message"), MISTAKES, ids=lambda part: str(part)[:40])
+def test_arguments_that_are_refused(given: dict[str, Any], message: str) -> None:
+    more = {} if "{'mass_ratio'" in str(given) else {"mass_ratio": 0.1}
+    with pytest.raises((ValueError, TypeError), match=message):
+        damper.simulate(**{**COMMON, "clearance": 1.0, **more, **given}, transient=1, periods=1)
