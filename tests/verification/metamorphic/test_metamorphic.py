@@ -127,6 +127,14 @@ def test_other_models_are_compared_too():
     assert found["shifted_verdict"] == [NOT_APPLICABLE]
 
 
+@pytest.mark.parametrize("weight", [{"gravity": 0.02, "restitution_left": 0.2}, {"friction": 0.02}])
+def test_weight_friction_and_differing_walls_pass_all(weight):
+    """As the set `weights` of the study, which the reduced workflow leaves out."""
+    found = run_metamorphic([CHATTERING | weight], events=40)
+    for name, verdict in verdicts(found).items():
+        assert verdict[0] in (PASSED, PASSED_BY_STEPS), name
+
+
 # --- condition: how far roundoff alone may move events
 
 
