@@ -80,8 +80,9 @@ FORCES = (
     damper.Base(),
     damper.Base("base"),
     damper.Unbalance(),
-    damper.Record([0.0, 5.0, 9.0, 30.0], [0.0, 2.0, -1.0, 3.0]),
-    damper.Record([0.0, 5.0, 9.0, 30.0], [0.0, 2.0, -1.0, 3.0], of="base_acceleration"),
+    # With a jump at either end, or none.
+    damper.Record([3.0, 5.0, 9.0, 70.0], [1.0, 2.0, -1.0, 3.0]),
+    damper.Record([0.0, 5.0, 9.0, 70.0], [0.0, 2.0, -1.0, 0.3], "base_acceleration", "hold"),
     damper.Noise(1, 0.2, 60.0, (0.0, 2.0)),
 )
 INITIAL = tuple(name for name in VALUES if name.startswith("initial_"))
@@ -268,15 +269,20 @@ def test_the_energy_balance_closes_with_every_force(force: Any, model: str) -> N
         with pytest.raises(ValueError, match=r"^friction = 0\.01 with .*: friction is not known"):
             check_energy(values)
         return
-    check_energy(values)
+    found = check_energy(values)
+    assert (found["energy_input"] == 0.0) == (force.kind == "none")
+    # Of what has no amplitude of its own, no ratio to it.
+    missing = force.kind not in ("base", "unbalance")
+    assert np.isnan([found["amplitude_ratio"], found["rms_ratio"]]).tolist() == [missing, missing]
 
 
-def check_energy(values: dict[str, Any]) -> None:
+def check_energy(values: dict[str, Any]) -> dict[str, float]:
     arrays, _ = plain(run_points)([values], ["response"], transient=1, periods=3)
     found = {name: float(array[0]) for name, array in arrays.items()}
     scale = abs(found["energy_input"]) + found["dashpot_loss"] + found["peak_displacement"] ** 2
     assert found["impact_loss"] > 0.0
     assert abs(found["energy_residual"]) < 2e-14 * scale
+    return found
 
 
 def answer(consumer: Callable, values: dict[str, float]) -> Any:
