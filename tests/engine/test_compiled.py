@@ -51,6 +51,8 @@ runs = [
     (P(0.1, 0.05, 0.2, 0.25, 0.3, **VARYING), None, 60.0),
     (P(1e6, 10.0, 0.7, 5e-3, 0.5, modulation_depth=0.999999), S(0.0, 0.0, 0.0, 0.1), 5.0),
     (P(2.0, 3.0, 0.5, 0.0, 1.0, modulation_depth=0.9), S(0.1, 0.0, 0.1, 1.0), 60.0),
+    (P(0.1, 0.05, 0.2, 0.25, 0.6, friction=0.02), None, 60.0),
+    (P(0.1, 0.05, 0.2, 0.25, 0.6, friction=0.5, gravity=0.1), S(0.1, 0.0, 0.1, 1.0), 60.0),
 ]
 found = []
 for parameters, state, until in runs:
@@ -89,7 +91,7 @@ def run(code: str, folder: Path = SOURCE.parent, **variables: str) -> str:
 #: Compiling another model, or the rigid one with another law, takes half a minute each.
 *OTHERS, YIELDING = (
     pytest.param(model, marks=pytest.mark.exhaustive)
-    for model in ("grounded", "compliant", "time_varying", "yielding")
+    for model in ("grounded", "compliant", "time_varying", "sliding", "yielding")
 )
 
 

@@ -117,7 +117,8 @@ def test_axes_have_names_and_units(kind: str, made: tuple[bool, xr.Dataset], tmp
     assert heading.startswith("What it is\n")
     assert ("$K$ = 800 N/m" if si else r"$\zeta$ = 0.02") in heading.replace("\n", " ")
     assert_nothing_overlaps(figure)
-    svg_of(figure, tmp_path)
+    if not si:  # saving is the same in either system
+        svg_of(figure, tmp_path)
 
 
 @pytest.mark.parametrize("kind", EMPTY)
