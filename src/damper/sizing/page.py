@@ -90,8 +90,9 @@ def _body(design: Design) -> Iterator[str | pd.DataFrame]:
     yield "\n".join(f"- {text}" for text in design.assumed)
     files = ", ".join(f"studies/{name}.yaml" for name in design.studies) or "the closed laws"
     yield (
-        f"Every number is made by {files}; limits of the gap by following the periodic motion. The "
-        "machine is in machine.yaml, numbers.csv has all digits."
+        f"Every number is made by {files}; limits of the gap by following the periodic motion, and "
+        "changes along it where it is said. The machine is in machine.yaml, numbers.csv has all "
+        "digits."
     )
 
 
