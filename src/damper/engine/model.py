@@ -73,7 +73,7 @@ def mass_ratio_at(model: Any, periods: float, time: float) -> float:
 
 @singledispatch
 def columns_of(model: Any) -> int:
-    """Columns of the log. This and the next one never run compiled."""
+    """Columns of the log. This and the next two never run compiled."""
     return COLUMNS
 
 
@@ -82,6 +82,12 @@ def masses_in(model: Any, state: State) -> tuple[Any, Any]:
     """Displacement and velocity of the free mass in a state, or those of each of several."""
     ([y], [u]) = state.of_each(1)
     return y, u
+
+
+@singledispatch
+def rows_of(model: Any, rows: np.ndarray, body: int) -> np.ndarray:
+    """Rows of the log that all speak of one free mass, in a log of several."""
+    return rows
 
 
 @by_class_or_default

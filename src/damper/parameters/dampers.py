@@ -686,15 +686,6 @@ def need_one_mass(damper: Any, what: str) -> None:
         )
 
 
-def need_smooth_mass(damper: Any, what: str) -> None:
-    """Raise ValueError where dry friction acts or several masses fly, which `what` does not know.
-
-    `damper` are parameters, or a model of the engine.
-    """
-    need_one_mass(damper, what)
-    need_no_friction(damper, what)
-
-
 def need_no_friction(damper: Any, what: str) -> None:
     """Raise ValueError where dry friction acts, which `what` does not know.
 

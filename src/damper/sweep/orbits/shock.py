@@ -10,9 +10,10 @@ from damper.engine.trajectory import Trajectory
 from damper.models import model_of
 from damper.observers.motion import ObservedMotion, in_words
 from damper.parameters import State
+from damper.parameters.dampers import need_one_mass
 from damper.parameters.quantity import real, whole
 from damper.sweep.estimate import MOST_PERIODS
-from damper.sweep.orbits.arcs import vector
+from damper.sweep.orbits.arcs import vector_of
 from damper.sweep.orbits.periodic import PeriodicOrbit
 from damper.sweep.runs import run_points
 
@@ -87,6 +88,7 @@ def smallest_shock(
     """
     if not isinstance(orbit, PeriodicOrbit):
         raise TypeError(f"orbit = {orbit!r}: must be a damper.PeriodicOrbit")
+    need_one_mass(orbit.parameters, "smallest_shock")
     if not orbit.stable:
         growth = abs(orbit.multipliers[0])
         raise ValueError(
@@ -158,7 +160,7 @@ class _Shocks:
         for k in range(moments * orbit.period):
             place = self._place(k)
             trajectory.skip(*place)
-            states.append(vector(trajectory.state_at(*place)))
+            states.append(vector_of(trajectory.state_at(*place)))
         #: At each of the moments, over the whole period.
         self.states = np.array(states)
         self.speed = float(abs(self.states[:, 1]).max())
@@ -192,7 +194,7 @@ class _Shocks:
             trajectory.skip(periods + passed, time)
             if trajectory.status != FINISHED:
                 return passed
-            now = vector(trajectory.state_at(periods + passed, time))
+            now = vector_of(trajectory.state_at(periods + passed, time))
             if abs(same - now).max(axis=1).min() <= self.back:
                 return 0
             if abs(recent - now).max(axis=1).min() <= self.still:
