@@ -74,7 +74,7 @@ class Arc:
         """State a time after the start."""
         starts = np.cumsum(self.rows[:, DURATION]) - self.rows[:, DURATION]
         index = int(np.searchsorted(starts, tau, "right")) - 1
-        return vector(*self.trajectory.state_in(self.rows[index], tau - starts[index]))
+        return components(*self.trajectory.state_in(self.rows[index], tau - starts[index]))
 
     def peak(self) -> tuple[float, float]:
         """Time of the primary's largest displacement, either way, and that displacement."""
@@ -143,20 +143,20 @@ def run_arc(
     deviations = derivative(trajectory, *until, pieces)
     if trajectory.status != FINISHED:
         raise ValueError("the run used up max_events within a period")
-    after = vector_of(trajectory.state_at(*until))
+    after = vector(trajectory.state_at(*until))
     rows = np.concatenate(pieces)
     return Arc(
         parameters, start, sides, after, _sides(parameters, after), deviations, rows, trajectory
     )
 
 
-def vector_of(state: State) -> np.ndarray:
+def vector(state: State) -> np.ndarray:
     """(x, v, y, u) of a state; of several free masses (x, v, y0, u0, y1, u1, ...)."""
-    return vector(state.x, state.v, state.y, state.u)
+    return components(state.x, state.v, state.y, state.u)
 
 
-def vector(x: float, v: float, y: Any, u: Any) -> np.ndarray:
-    """As `vector_of`."""
+def components(x: float, v: float, y: Any, u: Any) -> np.ndarray:
+    """As `vector`."""
     if isinstance(y, float):
         return np.array([x, v, y, u])
     return np.array([x, v, *np.column_stack([y, u]).ravel()])

@@ -19,7 +19,7 @@ from damper.parameters.quantity import whole
 from damper.parameters.units import LENGTH, SPEED, Units
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
-from damper.sweep.orbits.arcs import Arc, leaders, run_arc, state_of, vector_of
+from damper.sweep.orbits.arcs import Arc, leaders, run_arc, state_of, vector
 from damper.sweep.orbits.word import WallImpacts, bursts_of, word_of
 from damper.sweep.points import one_run
 
@@ -139,7 +139,7 @@ class PeriodicOrbit:
     @property
     def start(self) -> np.ndarray:
         """The state as an array (x, v, y, u); of several free masses (x, v, y0, u0, y1, ...)."""
-        return vector_of(self.state)
+        return vector(self.state)
 
     def of(self, parameters: Parameters | SIParameters) -> "PeriodicOrbit":
         """The orbit of dimensionless parameters in the units of others, of which these are."""
@@ -402,4 +402,4 @@ def _settled(parameters: Parameters, state: State | None, settle: int, units: Un
     if trajectory.status != FINISHED:
         run = f"settle = {settle}" if state is None else f"state = {state!r}"
         raise ValueError(f"{run}: the run stopped early, max_events are used up")
-    return vector_of(trajectory.state_at(at))
+    return vector(trajectory.state_at(at))

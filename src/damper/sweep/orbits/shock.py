@@ -13,7 +13,7 @@ from damper.parameters import State
 from damper.parameters.dampers import need_one_mass
 from damper.parameters.quantity import real, whole
 from damper.sweep.estimate import MOST_PERIODS
-from damper.sweep.orbits.arcs import vector_of
+from damper.sweep.orbits.arcs import vector
 from damper.sweep.orbits.periodic import PeriodicOrbit
 from damper.sweep.runs import run_points
 
@@ -160,7 +160,7 @@ class _Shocks:
         for k in range(moments * orbit.period):
             place = self._place(k)
             trajectory.skip(*place)
-            states.append(vector_of(trajectory.state_at(*place)))
+            states.append(vector(trajectory.state_at(*place)))
         #: At each of the moments, over the whole period.
         self.states = np.array(states)
         self.speed = float(abs(self.states[:, 1]).max())
@@ -194,7 +194,7 @@ class _Shocks:
             trajectory.skip(periods + passed, time)
             if trajectory.status != FINISHED:
                 return passed
-            now = vector_of(trajectory.state_at(periods + passed, time))
+            now = vector(trajectory.state_at(periods + passed, time))
             if abs(same - now).max(axis=1).min() <= self.back:
                 return 0
             if abs(recent - now).max(axis=1).min() <= self.still:
