@@ -325,15 +325,24 @@ DECLARED = sorted(
         f"{function.__module__}.{function.__name__}": function
         for name in DECLARING
         for function in vars(import_module(f"damper.{name}")).values()
-        if inspect.isfunction(function) and hasattr(function, "share")
+        if inspect.isfunction(function) and hasattr(function, "like")
     }.items()
 )
 #: Aids of searches: without them they take more steps.
 AIDS = ("longer_step", "proves_inside", "stays_below")
 #: A Taylor series of the derivatives that each force gives: it asks for those. And the law of one
 #: wall, where the walls are alike: what is asked of that has to be known. The row of a log is that
-#: of one free mass unless a model says otherwise, and its energy asks for the mass at a moment.
-GENERAL = ("taylor", "law_at", "read_segment", "write_row", "stored_energy")
+#: of one free mass unless a model says otherwise, as are its motion and its deviations, and its energy
+#: asks for the mass at a moment.
+GENERAL = (
+    "taylor",
+    "law_at",
+    "read_segment",
+    "write_row",
+    "stored_energy",
+    "masses_at",
+    "over_time",
+)
 #: What every force answers but `damper.engine.forcing.weighed`, which is made of one: no weight.
 UNWEIGHED: dict[str, Any] = {
     "common": Unknown(),

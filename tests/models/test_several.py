@@ -16,18 +16,20 @@ from scenes import GENERIC, QUIET
 from scipy.integrate import solve_ivp
 from several_scenes import growth, largest_error, length_of, pairs_of, several_scene
 
-from damper import Parameters, SIParameters, State, events, simulate
+from damper import Parameters, SIParameters, State, events, periodic_orbit, simulate
 from damper.engine.compiled import plain
 from damper.engine.model import read_segment
 from damper.engine.segment import CAUSE, COLUMNS, DURATION, IMPACT, PERIODS, TIME, V_BEFORE, V, X
 from damper.models import start_run
 from damper.models.several import GAP, MODE, RATE, SIDE
+from damper.models.tangent import derivative
 from damper.observers.common.base import Window
 from damper.observers.common.laws import LAW_NAMES, broken, excess
 from damper.observers.common.limits import mean_within
 from damper.observers.laws import Laws
 from damper.study.config import ConfigError, load_study
 from damper.sweep.runs import run_points
+from damper.theory.two_impacts import orbits
 
 CALM: dict[str, Any] = {"damping_ratio": 0.0, "frequency_ratio": 1.0, "force_amplitude": 0.0}
 
@@ -205,6 +207,49 @@ def test_another_impact_can_throw_a_stuck_mass_off_by_the_dashpot() -> None:
     thrown = table[(table["body"] == 0) & (table["kind"] == 2)]
     assert hit["side"] == -1 or len(thrown)
     assert len(thrown)
+
+
+# --- small deviations
+
+
+@plain
+def test_deviations_are_differences_of_runs() -> None:
+    """Through impacts of three masses."""
+    p = damper_of({"mass_ratio": 0.5}, {}, {"mass_ratio": 0.2}, damping_ratio=0.05)
+    start = np.array([0.5, 0.0, 1.3, -0.9, 0.4, 2.5, 0.2, 3.1])
+
+    def run(z: np.ndarray) -> tuple[np.ndarray, Any, tuple[float, float]]:
+        made = start_run(p, State(z[0], z[1], list(z[2::2]), list(z[3::2])), accuracy=1e-15)
+        until = made.whole_periods(4.0)
+        made.skip(*until)
+        end = made.state_at(*until)
+        return np.array([end.x, end.v, *np.column_stack([end.y, end.u]).ravel()]), made, until
+
+    slopes = []
+    for step in (1e-6, 5e-7):
+        columns = [
+            (run(start + step * w)[0] - run(start - step * w)[0]) / (2 * step) for w in np.eye(8)
+        ]
+        slopes.append(np.stack(columns, axis=1))
+    known = (4.0 * slopes[1] - slopes[0]) / 3.0
+    made = start_run(p, State(0.5, 0.0, list(start[2::2]), list(start[3::2])), accuracy=1e-15)
+    found = derivative(made, *made.whole_periods(4.0))
+    np.testing.assert_allclose(found, known, rtol=0, atol=1e-7 * abs(known).max() + 5e-9)
+
+
+@plain
+def test_multipliers_of_masses_in_step_are_those_of_one() -> None:
+    """And infinite of what parts them: impacts together are not one after the other."""
+    one = Parameters(0.1, 0.1, 1.0, 5.5, 0.5)
+    known = next(each for each in orbits(one) if each.stable)
+    s = known.start
+    many = Parameters(0.1, 0.1, 1.0, 5.5, 0.5, masses=[{"mass_ratio": 0.05}] * 2)
+    orbit = periodic_orbit(many, state=State(s.x, s.v, [s.y] * 2, [s.u] * 2, s.time))
+    assert orbit.word == "R1 L1 | R1 L1"
+    assert np.all(np.isinf(orbit.multipliers[:2]))
+    np.testing.assert_allclose(
+        np.sort_complex(orbit.multipliers[2:]), np.sort_complex(known.multipliers**2), rtol=1e-9
+    )
 
 
 # --- conservation and limits
@@ -440,7 +485,7 @@ def test_a_start_has_a_value_for_each() -> None:
 def test_studies_refuse_what_knows_one_mass(tmp_path: Path) -> None:
     study = small_study()
     study["parameters"]["unit_count"] = 3
-    study["observers"] = {"bursts": {}, "lyapunov": {}, "stroboscopic_section": {"free_mass": True}}
+    study["observers"] = {"bursts": {}, "stroboscopic_section": {"free_mass": True}}
     study["figures"] = study["tables"] = {}
     path = tmp_path / "study.yaml"
     path.write_text(yaml.safe_dump(study))
@@ -449,8 +494,6 @@ def test_studies_refuse_what_knows_one_mass(tmp_path: Path) -> None:
     for name in ("bursts", "stroboscopic_section"):
         words = f"observers.{name}\n    {name} observes one free mass, and there are 3"
         assert words in str(error.value)
-    words = "observers.lyapunov\n    lyapunov does not know several free masses (model several)"
-    assert words in str(error.value)
 
 
 # --- the observer of the laws

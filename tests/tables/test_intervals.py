@@ -38,7 +38,7 @@ def made(monkeypatch: pytest.MonkeyPatch) -> Any:
     def table(found: list[tuple], stated: Any = None, **observer: Any) -> Table:
         rows = [(*row, True, True)[: len(COLUMNS) + len(FLAGS)] for row in found]
         frame = pd.DataFrame(rows, columns=[*COLUMNS, *FLAGS]).astype(dict.fromkeys(FLAGS, bool))
-        monkeypatch.setattr(module, "chatter_intervals", lambda *_: frame)
+        monkeypatch.setattr(module.intervals, "chatter_intervals", lambda *_: frame)
         settings = {"threshold": 0.03, "compare_thresholds": [0.01, 0.03, 0.1], **observer}
         cube: xr.Dataset = damper.simulate(
             mass_ratio=[0.1, 0.2], damping_ratio=0.02, frequency_ratio=1.3, clearance=0.05,

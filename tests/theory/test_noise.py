@@ -19,7 +19,7 @@ from damper.tables import make
 from damper.theory.noise import intensity, laws, missing_part
 
 DAMPER = {"mass_ratio": 0.2, "damping_ratio": 0.1, "frequency_ratio": 1.0, "clearance": 3.0}
-NOISE = damper.Noise(seed=0, step=0.1, duration=120.0, band=(0.0, 6.0))
+NOISE = damper.Noise(seed=0, step=0.1, duration=160.0, band=(0.0, 6.0))
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def cube() -> xr.Dataset:
     speeds, place = {"range": [-4.0, 4.0]}, {"range": [-1.0, 1.0]}
     starts = {"initial_relative_velocity": speeds, "initial_position": place}
     ask = {"statistics": {"above": 0.01}}
-    run = {"transient": 4, "periods": 12}
+    run = {"transient": 5, "periods": 20}
     part = plain(simulate_slice)(
         DAMPER, axes, observers=ask, forcing=NOISE, own_noise=True,
         draws={"count": 12, "seed": 2, **starts}, **run,

@@ -76,7 +76,7 @@ def mass_ratio_at(model: Any, periods: float, time: float) -> float:
 
 @singledispatch
 def columns_of(model: Any) -> int:
-    """Columns of the log. This and the next one never run compiled."""
+    """Columns of the log. This and the next two never run compiled."""
     return COLUMNS
 
 
@@ -103,6 +103,12 @@ def view_of_mass(model: Any, body: int) -> Any:
 def log_of_mass(model: Any, log: np.ndarray, body: int) -> np.ndarray:
     """Return the log as one of several free masses has it: others' events begin segments only."""
     return log
+
+
+@singledispatch
+def rows_of(model: Any, rows: np.ndarray, body: int) -> np.ndarray:
+    """Rows of the log that all speak of one free mass, in a log of several."""
+    return rows
 
 
 @by_class_or_default

@@ -10,12 +10,14 @@ parameter. Derivation: docs/orbits.md.
 """
 
 from collections.abc import Mapping
+from functools import singledispatch
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from damper.engine.bodies import body_at
 from damper.engine.compiled import compiled
+from damper.engine.dispatch import by_class_or_default
 from damper.engine.forcing import phase_at
 from damper.engine.model import mass_ratio_at, motion
 from damper.engine.oscillator import increments, motion_from
@@ -23,7 +25,7 @@ from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity, segm
 from damper.models import model_of
 from damper.models.tangent import enter, joins, over_time, velocities_after
 from damper.parameters import Parameters
-from damper.parameters.models import SMOOTH, need_model
+from damper.parameters.models import FRICTIONLESS, need_model
 from damper.parameters.named import value_of, with_values
 
 #: Values beside a parameter's own, in steps: on both sides of it, or on one where its range ends or
@@ -39,8 +41,8 @@ class Stencil(NamedTuple):
     models: tuple[Any, Any, Any, Any]
     weights: tuple[float, float, float, float]
     """They add up to zero."""
-    clearance: float
-    """Derivative of the clearance."""
+    clearance: Any
+    """Derivative of the clearance, or of that of each of several free masses."""
 
 
 def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
@@ -57,7 +59,7 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
             f"no derivative by frequency_ratio under a {parameters.forcing.kind}: the force does "
             "not repeat, so there is no same phase of it"
         )
-    need_model(parameters, SMOOTH, "a derivative")
+    need_model(parameters, FRICTIONLESS, "a derivative")
     if "friction" in rates:
         raise ValueError("no derivative by friction: the flow of deviations does not know it")
     own = {name: value_of(parameters, name) for name in rates}
@@ -80,16 +82,23 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
             # Exact for polynomials of the third degree.
             powers = np.vander(steps, increasing=True).T
             weights = np.linalg.solve(powers, [0.0, 1.0 / step, 0.0, 0.0]).tolist()
-            clearances = [model.clearance - models[0].clearance for model in models]
-            return Stencil(tuple(models), tuple(weights), float(np.dot(weights, clearances)))
+            clearances = [clearances_of(model) - clearances_of(models[0]) for model in models]
+            moved = np.dot(weights, clearances)
+            return Stencil(tuple(models), tuple(weights), moved if moved.ndim else float(moved))
     raise ValueError(f"no derivative by {', '.join(rates)} at {parameters}")
 
 
-@compiled
+@singledispatch
+def clearances_of(model: Any) -> Any:
+    """Clearance of a model, or of each of several free masses."""
+    return model.clearance
+
+
+@by_class_or_default
 def follow_change(
     model: Any, stencil: Stencil, log: np.ndarray, change: np.ndarray, begun: bool
 ) -> None:
-    """Take a change of the state (4, 1) with a parameter along a piece of the log."""
+    """Take a change of the state (4, 1), or of several free masses, along a piece of the log."""
     for index in range(len(log)):
         s = segment_at(log[index])
         happened = begun or index > 0

@@ -1,6 +1,7 @@
 """Tangent dynamics: what small deviations become along the segment log.
 
-A deviation is one of (x, v, y, u), both masses' displacements and velocities at one time. Between
+A deviation is one of (x, v, y, u), both masses' displacements and velocities at one time; of
+several free masses one of (x, v, y0, u0, y1, u1, ...): `damper.models.several.tangent`. Between
 events it follows the linear flow. At an impact the deviated motion hits earlier or later, so
 
     S = G + (f+ - G f- - dg/dt) n^T / (n^T f-)
@@ -15,18 +16,19 @@ if that throws the masses apart: no deviation moves the time of a jump. Derivati
 Compliant walls have functions of their own (`damper.models.compliant.tangent`).
 """
 
+from functools import singledispatch
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from damper.engine.bodies import Flow, acceleration_of, flow_of
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_class
+from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import force_rates, phase_at
 from damper.engine.impact import impact, law_at, rebound_slope, restitution_at
-from damper.engine.model import mass_ratio_at
-from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment, segment_at
-from damper.parameters.models import SMOOTH, need_model
+from damper.engine.model import mass_ratio_at, read_segment
+from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment
+from damper.parameters.models import FRICTIONLESS, need_model
 
 
 @by_class
@@ -133,8 +135,8 @@ def fly_on(model: Any, tau: float, deviations: np.ndarray) -> None:
         deviations[3, k] = free_mass.vx * y + free_mass.vv * u
 
 
-@compiled
-def over_time(model: Any, s: Segment, low: float, high: float, deviations: np.ndarray) -> None:
+@by_class_or_default
+def over_time(model: Any, s: Any, low: float, high: float, deviations: np.ndarray) -> None:
     """Take deviations through a part of a segment, between two times after its start."""
     if s.mode == FLIGHT:
         fly_on(model, high - low, deviations)
@@ -225,13 +227,48 @@ def _accelerations(model, s, v, u):
     )
 
 
-@compiled
-def enter(model: Any, s: Segment, deviations: np.ndarray, happened: bool) -> None:
+@by_class_or_default
+def enter(model: Any, s: Any, deviations: np.ndarray, happened: bool) -> None:
     """Take deviations over what begins a segment, or only into its contact if that was before."""
     if happened:
         over_event(model, s, deviations)
     elif joins(model, s):
         join(mass_ratio_at(model, s.periods, s.time), deviations)
+
+
+@by_class_or_default
+def lost_in(model: Any, s: Any, own: np.ndarray) -> float:
+    """How many directions vanish in a segment, of masses that have (1) or follow (0) their own."""
+    return 2.0 if joins(model, s) else 0.0
+
+
+@singledispatch
+def leaders_of(model: Any, row: np.ndarray) -> np.ndarray:
+    """For each free mass the number of the one that it moves with, so that no deviation parts them.
+
+    A number of its own but of several in step; never compiled. The row is one of the log.
+    """
+    return np.zeros(1, int)
+
+
+@singledispatch
+def parted_in(model: Any, log: np.ndarray) -> np.ndarray:
+    """What happens to each mass in a log, of what deviations that part masses in step do not bear.
+
+    0: nothing; 1: it hits, with others by one law; 2: it sticks, which ends them. Never compiled.
+    """
+    return np.zeros(1, int)
+
+
+def directions_at(model: Any, row: np.ndarray) -> np.ndarray:
+    """Deviations at a row of the log, a column each: masses in step are moved as one."""
+    leaders = leaders_of(model, row)
+    deviations = np.eye(2 + 2 * len(leaders))
+    for k in np.flatnonzero(leaders != np.arange(len(leaders))):
+        for column in (2, 3):
+            deviations[column + 2 * k, column + 2 * leaders[k]] = 1.0
+            deviations[column + 2 * k, column + 2 * k] = 0.0
+    return deviations
 
 
 @compiled
@@ -241,7 +278,7 @@ def follow(model: Any, log: np.ndarray, deviations: np.ndarray, begun: bool) -> 
     What began the very first segment happened before, so it is left out unless `begun`.
     """
     for index in range(len(log)):
-        s = segment_at(log[index])
+        s = read_segment(model, log[index])
         enter(model, s, deviations, begun or index > 0)
         over_time(model, s, 0.0, s.duration, deviations)
 
@@ -249,16 +286,28 @@ def follow(model: Any, log: np.ndarray, deviations: np.ndarray, begun: bool) -> 
 def derivative(
     trajectory: Any, periods: float, time: float = 0.0, keep: list[np.ndarray] | None = None
 ) -> np.ndarray:
-    """Derivative (4, 4) of the state (x, v, y, u) at a moment by the state at the start of a run.
+    """Derivative of the state (x, v, y, u, ...) at a moment by the state at the start of a run.
 
     The trajectory is run to the moment; its log's pieces are appended to `keep`. Where the run
-    starts in contact, deviations are those of both masses together.
+    starts in contact, deviations are those of all joined masses together. Masses in step are moved
+    as one, by the first of them; the columns of the others are zero.
+
+    Raises
+    ------
+    ValueError
+        Under dry friction; where masses meet walls at one instant that a deviation would part.
     """
-    need_model(trajectory.model, SMOOTH, "the flow of deviations")
-    deviations, begun = np.eye(4), False
+    need_model(trajectory.model, FRICTIONLESS, "the flow of deviations")
+    deviations, begun = np.empty(0), False
     for log in trajectory.segments(periods, time):
+        if not begun:
+            deviations = directions_at(trajectory.model, log[0])
         follow(trajectory.model, log, deviations, begun)
         begun = True
         if keep is not None:
             keep.append(log.copy())
+    if np.isnan(deviations).any():
+        raise ValueError(
+            "no derivative: several masses meet walls at one instant, which a deviation would part"
+        )
     return deviations

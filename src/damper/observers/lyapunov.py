@@ -5,30 +5,49 @@ import math
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.segment import IMPACT, segment_at
+from damper.engine.model import read_segment
+from damper.engine.segment import IMPACT
 from damper.engine.trajectory import Trajectory
-from damper.models.tangent import damping_in, enter, joins, over_time, shrunk_by
+from damper.models.tangent import (
+    damping_in,
+    directions_at,
+    enter,
+    leaders_of,
+    lost_in,
+    over_time,
+    parted_in,
+    shrunk_by,
+)
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
-from damper.parameters.models import SMOOTH
+from damper.observers.common.settings import Setting
+from damper.parameters.models import FRICTIONLESS
 from damper.parameters.variables import SPEED, Variable
 
-#: Of a run: whether the record has begun; periods of it before its second half; whether masses
-#: joined; the smallest approach speed.
-_TOTALS = record_type("begun", "halved", "joined", "slowest")
+#: Of a run: whether the record has begun; periods of it before its second half; directions that
+#: have vanished; the smallest approach speed.
+_TOTALS = record_type("begun", "halved", "lost", "slowest")
 _DIM = ("exponent",)
 #: By this power of e volumes may shrink until deviations are orthonormalised again: the direction
 #: that shrinks most must not be lost in the roundoff of the others.
 _SHRUNK = 10.0
+#: Growth of a deviation that parts masses in step, as a logarithm, by `parted_in`.
+_OF_PARTED = np.array([0.0, math.inf, -math.inf])
 
 
 class Lyapunov(Observer):
-    """All four Lyapunov exponents over the record, per cycle, the largest first.
+    """Lyapunov exponents over the record, per cycle, the largest first.
 
-    They are those of both masses' displacements and velocities. A positive one means chaos.
+    They are those of the masses' displacements and velocities: four, and two more for each further
+    free mass. A positive one means chaos.
     A chatter sequence that completes lets two directions vanish: the last two exponents are then
-    minus infinity. Without one the sum of all is known: flight shrinks volumes at the rate of the
+    minus infinity, and two more for each further mass that sticks at the same time. Without one the
+    sum of all is known: flight shrinks volumes at the rate of the
     dashpots, and each impact by the square of the coefficient of restitution. `lyapunov_residual`
-    is what the sum differs by.
+    is what the sum differs by; it takes all of them.
+
+    Several masses in step hit as one. A deviation that parts them changes their impacts by a finite
+    amount, however small it is: its two exponents are infinite, or minus infinity where they stick
+    together in the record. Start them apart, or give them different clearances.
 
     An impact that only grazes makes deviations unbounded: see `slowest_impact`.
 
@@ -38,7 +57,8 @@ class Lyapunov(Observer):
     Everything stays missing where the run stopped early.
     """
 
-    models = SMOOTH
+    models = FRICTIONLESS
+    exponents = Setting(4, "How many exponents to follow, the largest.", ge=1, le=202)
     variables = (
         Variable("largest_lyapunov_exponent", "largest Lyapunov exponent per cycle", "1"),
         Variable("lyapunov_exponents", "Lyapunov exponent per cycle", "1", _DIM),
@@ -65,55 +85,81 @@ class Lyapunov(Observer):
 
     def size(self, dim: str, window_length: int) -> int:
         """Length of one of the observer's own dimensions."""
-        return 4
+        return int(self.exponents)
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
         super().begin(run, trajectory, window)
         self._totals = np.zeros(1, _TOTALS)
         self._totals["slowest"] = math.inf
-        self._frame = np.eye(4)
+        self._frame = np.empty((0, 0))
+        self._own, self._parted = np.empty(0), np.empty(0, int)
         # Logarithms of growth, of which first half of the record, and of volumes.
-        self._growth = np.zeros((2, 4))
-        self._volume = np.zeros(1)
+        self._growth, self._volume = np.empty((2, 0)), np.zeros(1)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
+        if not len(log):
+            return
+        if not len(self._frame):
+            self._take_frame(log[0])
+        if not self._own.all():
+            self._parted = np.maximum(self._parted, parted_in(self._model, log))
         _follow(
-            self._model, log, self._window, self._frame, self._growth, self._volume, self._totals
+            self._model,
+            log,
+            self._window,
+            self._frame,
+            self._growth,
+            self._volume,
+            self._totals,
+            self._own,
         )
+
+    def _take_frame(self, row: np.ndarray) -> None:
+        """The directions to follow, orthonormal: masses in step are moved as one."""
+        leaders = leaders_of(self._model, row)
+        self._own = (leaders == np.arange(len(leaders))).astype(float)
+        kept = np.repeat(np.append(1.0, self._own), 2) > 0.0
+        frame = directions_at(self._model, row)[:, kept][:, : self.exponents]
+        self._frame = np.ascontiguousarray(frame / np.linalg.norm(frame, axis=0))
+        self._parted = np.zeros(len(leaders), int)
+        self._growth = np.zeros((2, self._frame.shape[1]))
 
     def finish(self, finished: bool) -> None:
         """Write the run's results."""
-        if not finished:
+        if not finished or not len(self._frame):
             return
         total, length = read_record(self._totals), self._window.length
-        whole = self._growth[1]
-        order = np.argsort(-whole, kind="stable")
+        of_parted = np.repeat(_OF_PARTED[self._parted[self._own == 0.0]], 2)
+        whole = np.append(self._growth[1], of_parted)
+        order = np.argsort(-whole, kind="stable")[: self.exponents]
+        found = {"lyapunov_exponents": whole[order] / length}
         if total.halved:
-            first = self._growth[0]
+            first = np.append(self._growth[0], of_parted)
             with np.errstate(invalid="ignore"):
                 drift = (whole - first) / (length - total.halved) - first / total.halved
-            self._put({"lyapunov_drift": drift[order]})
-        exponents = whole[order] / length
-        self._put({"lyapunov_exponents": exponents, "largest_lyapunov_exponent": exponents[0]})
-        if not total.joined:
+            found["lyapunov_drift"] = drift[order]
+        for name, values in found.items():
+            self.arrays[name][self._run, : len(values)] = values
+        self._put({"largest_lyapunov_exponent": whole[order[0]] / length})
+        if not total.lost and len(self._growth[1]) == len(self._frame):
             self._put({"lyapunov_residual": (whole.sum() - self._volume[0]) / length})
         if total.slowest < math.inf:
             self._put({"slowest_impact": total.slowest})
 
 
 @compiled
-def _follow(model, log, window, frame, growth, volume, totals):
+def _follow(model, log, window, frame, growth, volume, totals, own):
     total = totals[0]
     for index in range(len(log)):
-        s = segment_at(log[index])
+        s = read_segment(model, log[index])
         start, low, high = part_within(s, model.cycle, window)
         if high < low:
             continue
         if total.halved == 0.0 and 2.0 * start >= window.length * model.cycle:
             total.halved = start / model.cycle
-            for k in range(4):
+            for k in range(growth.shape[1]):
                 growth[0, k] = growth[1, k]
         if start >= 0.0 and s.cause == IMPACT:
             total.slowest = min(total.slowest, s.speed)
@@ -121,37 +167,38 @@ def _follow(model, log, window, frame, growth, volume, totals):
             volume[0] += math.log(shrunk) if shrunk > 0.0 else -math.inf
         if start >= 0.0 or total.begun == 0.0:
             enter(model, s, frame, start >= 0.0)
-        if joins(model, s):
-            total.joined = 1.0
+        total.lost = max(total.lost, lost_in(model, s, own))
         total.begun = 1.0
         damped = damping_in(model, s) * (high - low)
         volume[0] -= damped
         pieces = 1 + int(damped / _SHRUNK)
+        left = 2.0 + 2.0 * own.sum() - total.lost
         for piece in range(pieces):
             begin = low + (high - low) * piece / pieces
             over_time(model, s, begin, begin + (high - low) / pieces, frame)
-            _orthonormalise(frame, growth, total.joined == 1.0)
+            _orthonormalise(frame, growth, left)
 
 
 @compiled
-def _orthonormalise(frame, growth, joined):
-    """Modified Gram-Schmidt; of masses that have joined, two directions are left."""
-    for k in range(4):
-        if joined and k > 1:
-            for row in range(4):
+def _orthonormalise(frame, growth, left):
+    """Modified Gram-Schmidt; of masses that have joined, so many directions are left."""
+    size_of, count = frame.shape
+    for k in range(count):
+        if k >= left:
+            for row in range(size_of):
                 frame[row, k] = 0.0
             growth[1, k] = -math.inf
             continue
         for other in range(k):
             along = 0.0
-            for row in range(4):
+            for row in range(size_of):
                 along += frame[row, other] * frame[row, k]
-            for row in range(4):
+            for row in range(size_of):
                 frame[row, k] -= along * frame[row, other]
         size = 0.0
-        for row in range(4):
+        for row in range(size_of):
             size += frame[row, k] * frame[row, k]
         size = math.sqrt(size)
         growth[1, k] += math.log(size)
-        for row in range(4):
+        for row in range(size_of):
             frame[row, k] /= size

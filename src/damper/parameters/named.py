@@ -79,7 +79,7 @@ def arguments(
 ) -> dict[str, Any]:
     """Return arguments of a damper, with what single masses have of their own in `masses`."""
     made = {name: values[name] for name in names}
-    if not own and "masses" not in made:
+    if not own and made.get("masses") is None:
         return made
     masses = with_own(made.get("masses"), {name: values[name] for name in own})
     lacking = [q.name for q in kind.quantities if q.default is None and q.name not in made]

@@ -185,7 +185,7 @@ def _check_models(study: Study, contents: StudyContents, mistakes: Mistakes) -> 
             place = ("observers", name, key) if key else ("observers", name)
             mistakes.add(place, message, way or "a study without it, or of one of these models")
     for name in study.orbits if study.model not in SMOOTH else ():
-        message = unknown_model("an orbit", study.model, SMOOTH)
+        message = unknown_model("an orbit of a study", study.model, SMOOTH)
         mistakes.add(("orbits", name), message, "a study of one of these models")
 
 

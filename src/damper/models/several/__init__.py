@@ -55,7 +55,7 @@ from damper.parameters import Parameters
 #: Columns of `Several.masses`.
 RATIO, CLEARANCE, GRAVITY, LEFT, RIGHT = range(5)
 #: Columns of `SeveralSegment.bodies`, as the fields of a `Segment`; the cause is one that is still
-#: to be told in a row of its own.
+#: to be told in a row of its own, the speed that of an impact at this instant.
 GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION = range(8)
 _BODY = 8
 #: Columns of the log -> those of a body.
@@ -346,6 +346,15 @@ def _log_of_mass(model, log, body):
     return made
 
 
+@declared.rows_of.register(Several)
+def _rows_of(model, rows, body):
+    # Gap, rate, side and mode stand together in both.
+    found, gap, of_body = rows.copy(), Segment._fields.index("gap"), COLUMNS + 2 + _BODY * body
+    found[:, gap : gap + CAUSE] = rows[:, of_body : of_body + CAUSE]
+    found[:, COLUMNS] = body
+    return found
+
+
 @declared.read_segment.of(Several)
 def _read_segment(model, row):
     count = len(model.masses)
@@ -402,7 +411,6 @@ def _told(s, v_before, loss):
     b = s.bodies[k]
     bodies[k, CAUSE] = NOTHING
     speed = float(b[SPEED])
-    bodies[k, SPEED] = 0.0
     gap, rate, side, mode = float(b[GAP]), float(b[RATE]), float(b[SIDE]), float(b[MODE])
     first, completion = float(b[FIRST]), max(float(b[COMPLETION]), 0.0)
     told = Segment(
@@ -544,7 +552,9 @@ def balance(free: float, sides: np.ndarray, ratios: np.ndarray, levels: np.ndarr
 
 
 @compiled
-def _balanced(free, sides, ratios, levels, pushes):
+def balanced(
+    free: float, sides: np.ndarray, ratios: np.ndarray, levels: np.ndarray, pushes: np.ndarray
+) -> float:
     """The z of `balance`, where it is known who pushes."""
     z, heavier = free, 1.0
     for k in range(len(sides)):
@@ -574,7 +584,7 @@ def _hit(model, v, bodies, arriving):
         elif b[MODE] == STICKING:
             sides[k] = b[SIDE]
     pushes = balance(0.0, sides, ratios, levels)
-    change, loss = _balanced(0.0, sides, ratios, levels, pushes), 0.0
+    change, loss = balanced(0.0, sides, ratios, levels, pushes), 0.0
     for k in range(count):
         b = bodies[k]
         if arriving[k] != 0.0:
@@ -618,7 +628,7 @@ def _settle(model, s, mode):
     alone = motion_from(model.free, s.x, s.v, phase)
     ratios = masses[:, RATIO]
     pushes = balance(alone.a, sides, ratios, levels)
-    a = _balanced(alone.a, sides, ratios, levels, pushes)
+    a = balanced(alone.a, sides, ratios, levels, pushes)
     size = abs(alone.a) + abs(s.x) + 2.0 * model.free.damping * abs(s.v)
     for k in range(count):
         b = bodies[k]
@@ -668,6 +678,7 @@ def _moved(model, s, start, tau, arriving):
     bodies = s.bodies.copy()
     for k in range(len(bodies)):
         b = bodies[k]
+        b[SPEED] = 0.0
         if is_joined(b[MODE]):
             continue
         seg = segment_of(s, start, k)
@@ -955,3 +966,7 @@ def _motion(model, segment, tau):
     x, v, bodies = bodies_in(model, segment, tau)
     b = bodies[int(segment.body)]
     return x, v, float(b[GAP]), float(b[RATE])
+
+
+# What deviations become is a part of this model; it needs all that is above.
+from damper.models.several import sensitivity, tangent  # noqa: E402, F401

@@ -41,6 +41,10 @@ class OfEachBody(Observer):
         """That of the observers."""
         return self._observers[0].name
 
+    def refusals(self, model: str, masses: int = 1) -> dict[str, tuple[str, str]]:
+        """What the observers say."""
+        return self._observers[0].refusals(model, masses)
+
     @property
     def variables(self) -> list[Variable]:
         """What they write, along `body`."""

@@ -2,18 +2,20 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from damper.engine.forcing import rate_of
 from damper.engine.loop import FINISHED
-from damper.engine.segment import DURATION, FLIGHT, GAP, GAP_RATE, MODE, SIDE, V, X
+from damper.engine.model import rows_of
+from damper.engine.segment import DURATION, FLIGHT, GAP, GAP_RATE, MODE, V, X
 from damper.engine.trajectory import Trajectory
 from damper.models import check_state, model_of
 from damper.models.sensitivity import Stencil, follow_change
 from damper.models.tangent import derivative
+from damper.models.walls import slack
 from damper.parameters import Parameters, State
 
 #: Mass ratio from which on the free mass is a fixed stop: an impact changes its velocity by less
@@ -27,10 +29,10 @@ class Arc:
 
     parameters: Parameters
     start: np.ndarray
-    start_side: float
-    """Wall at which the masses are in contact; 0 in flight."""
+    start_sides: np.ndarray
+    """Wall at which each free mass is in contact; 0 in flight."""
     end: np.ndarray
-    side: float
+    sides: np.ndarray
     derivative: np.ndarray
     rows: np.ndarray
     trajectory: Trajectory
@@ -41,16 +43,26 @@ class Arc:
 
     @property
     def directions(self) -> np.ndarray:
-        """Deviations of the start, a column each: in contact those of both masses together."""
-        basis = np.vstack([np.eye(2), np.eye(2)]) if self.start_side else np.eye(4)
-        return basis[:, : len(moving(self.parameters))]
+        """Deviations of the start, a column each: what moves together does so."""
+        return (self.leaders[:, None] == self.own).astype(float)
+
+    @cached_property
+    def leaders(self) -> np.ndarray:
+        """As `leaders`; in contact a free mass moves with the primary."""
+        found = leaders(self.parameters, self.start)
+        for k in np.flatnonzero(self.start_sides):
+            found[2 + 2 * k : 4 + 2 * k] = 0, 1
+        return found
+
+    @property
+    def own(self) -> np.ndarray:
+        """Components that these deviations move by themselves."""
+        return np.unique(self.leaders[self.leaders >= 0])
 
     @property
     def fixed_point_matrix(self) -> np.ndarray:
         """One less the derivative, for these: singular where a multiplier is 1."""
-        basis = self.directions
-        rows = basis.shape[1]
-        return np.eye(rows) - (self.derivative @ basis)[:rows]
+        return np.eye(len(self.own)) - (self.derivative @ self.directions)[self.own]
 
     def change_by(self, stencil: Stencil, of_start: np.ndarray) -> np.ndarray:
         """Derivative of the end by a parameter, from that of the start."""
@@ -62,9 +74,7 @@ class Arc:
         """State a time after the start."""
         starts = np.cumsum(self.rows[:, DURATION]) - self.rows[:, DURATION]
         index = int(np.searchsorted(starts, tau, "right")) - 1
-        x, v, gap, rate = self.trajectory.motion_in(self.rows[index], tau - starts[index])
-        side = self.rows[index, SIDE]
-        return np.array([x, v, x + side * (self.parameters.clearance - gap), v - side * rate])
+        return components(*self.trajectory.state_in(self.rows[index], tau - starts[index]))
 
     def peak(self) -> tuple[float, float]:
         """Time of the primary's largest displacement, either way, and that displacement."""
@@ -85,11 +95,17 @@ class Arc:
 
     def smallest_gaps(self) -> list[float]:
         """Smallest gap to a wall in each flight, where it is not at the flight's ends."""
-        p, found = self.parameters, []
+        found: list[float] = []
+        for number, one in enumerate(self.parameters.each):
+            found += self._gaps_of(rows_of(self.trajectory.model, self.rows, number), one.clearance)
+        return found
+
+    def _gaps_of(self, rows: np.ndarray, clearance: float) -> list[float]:
+        found = []
         fastest = max(rate_of(self.trajectory.model.free.forcing), 1.0)
         # A flight may begin below the surface of a compliant wall.
-        flights = (self.rows[:, MODE] == FLIGHT) & (self.rows[:, GAP] >= 0.0)
-        for row in self.rows[flights & (self.rows[:, DURATION] > 0.0)]:
+        flights = (rows[:, MODE] == FLIGHT) & (rows[:, GAP] >= 0.0)
+        for row in rows[flights & (rows[:, DURATION] > 0.0)]:
             duration = float(row[DURATION])
             count = 8 + int(32.0 * duration / (2.0 * np.pi / fastest))
             # After a slow impact the gap turns soon: not before this part of the flight.
@@ -102,7 +118,7 @@ class Arc:
                 rate = partial(lambda row, tau: self.trajectory.motion_in(row, tau)[3], row)
                 tau = zero(rate, times[k], times[k + 1], rates[k], rates[k + 1])
                 gap = self.trajectory.motion_in(row, tau)[2]
-                found.append(gap if rates[k] < 0.0 else 2.0 * p.clearance - gap)
+                found.append(gap if rates[k] < 0.0 else 2.0 * clearance - gap)
         return found
 
 
@@ -117,31 +133,58 @@ def run_arc(
         Where the state lies outside the box, or the run does not come to its end.
     """
     period = parameters.cycle
-    state = State(*map(float, (*start, begin * period)))
+    state = state_of(start, begin * period)
     check_state(parameters, state)
     trajectory = Trajectory(model or model_of(parameters), state)
-    side = _side(parameters, start)
+    sides = _sides(parameters, start)
     pieces: list[np.ndarray] = []
     until = float(np.floor(end)), (end - np.floor(end)) * period
     deviations = derivative(trajectory, *until, pieces)
     if trajectory.status != FINISHED:
         raise ValueError("the run used up max_events within a period")
-    last = trajectory.state_at(*until)
-    after = vector(last)
+    after = vector(trajectory.state_at(*until))
     rows = np.concatenate(pieces)
     return Arc(
-        parameters, start, side, after, _side(parameters, after), deviations, rows, trajectory
+        parameters, start, sides, after, _sides(parameters, after), deviations, rows, trajectory
     )
 
 
 def vector(state: State) -> np.ndarray:
-    """(x, v, y, u) of a state."""
-    return np.array([state.x, state.v, state.y, state.u])
+    """(x, v, y, u) of a state; of several free masses (x, v, y0, u0, y1, u1, ...)."""
+    return components(state.x, state.v, state.y, state.u)
 
 
-def moving(parameters: Parameters) -> np.ndarray:
-    """Components of (x, v, y, u) that take part: not those of a free mass that is a fixed stop."""
-    return np.arange(2 if parameters.mass_ratio >= FIXED_STOP else 4)
+def components(x: float, v: float, y: Any, u: Any) -> np.ndarray:
+    """As `vector`."""
+    if isinstance(y, float):
+        return np.array([x, v, y, u])
+    return np.array([x, v, *np.column_stack([y, u]).ravel()])
+
+
+def state_of(vector: np.ndarray, time: float = 0.0) -> State:
+    """The state of which this is the vector."""
+    x, v, *each = map(float, vector)
+    if len(each) == 2:
+        return State(x, v, each[0], each[1], time)
+    return State(x, v, each[::2], each[1::2], time)
+
+
+def leaders(parameters: Parameters, start: np.ndarray) -> np.ndarray:
+    """For each component of a state the number of the one that it moves with.
+
+    Its own but in masses in step, which stay so; -1 for those of a free mass that is a fixed stop.
+    """
+    found = np.arange(len(start))
+    if parameters.model != "several":
+        if parameters.mass_ratio >= FIXED_STOP:
+            found[2:] = -1
+        return found
+    first: dict[Any, int] = {}
+    for k, one in enumerate(parameters.each):
+        alike = one.clearance, one.restitutions, one.gravity, *start[2 + 2 * k : 4 + 2 * k]
+        leader = first.setdefault(alike, k)
+        found[2 + 2 * k : 4 + 2 * k] = 2 + 2 * leader, 3 + 2 * leader
+    return found
 
 
 def zero(
@@ -161,8 +204,12 @@ def zero(
     return middle
 
 
-def _side(parameters: Parameters, state: np.ndarray) -> float:
-    """Wall at which a state's masses have joined; 0 where they have not."""
-    x, v, y, u = state
-    joined = u == v and abs(y - x) >= parameters.clearance and parameters.model != "compliant"
-    return float(np.sign(y - x)) if joined else 0.0
+def _sides(parameters: Parameters, state: np.ndarray) -> np.ndarray:
+    """Wall at which each free mass has joined the primary; 0 where it has not."""
+    sides = np.zeros(len(parameters.each))
+    if parameters.model != "compliant":
+        (x, v), places, speeds = state[:2], state[2::2], state[3::2]
+        for k, (one, y, u) in enumerate(zip(parameters.each, places, speeds, strict=True)):
+            if u == v and one.clearance - abs(y - x) <= slack(one.clearance, x, y):
+                sides[k] = np.sign(y - x)
+    return sides

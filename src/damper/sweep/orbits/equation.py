@@ -12,13 +12,24 @@ from typing import Any
 
 import numpy as np
 
-from damper.engine.segment import CAUSE, DURATION, FLIGHT, IMPACT, MODE, NOTHING, SIDE, SPEED
+from damper.engine.model import rows_of
+from damper.engine.segment import (
+    CAUSE,
+    COLUMNS,
+    DURATION,
+    FLIGHT,
+    IMPACT,
+    MODE,
+    NOTHING,
+    SIDE,
+    SPEED,
+)
 from damper.models import model_of
 from damper.models.sensitivity import neighbours
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.named import rates_of, value_of, with_values
 from damper.parameters.units import SI_UNITS
-from damper.sweep.orbits.arcs import Arc, moving, run_arc
+from damper.sweep.orbits.arcs import Arc, leaders, run_arc
 from damper.sweep.orbits.periodic import TOLERANCE, PeriodicOrbit, nearest_orbit
 from damper.sweep.orbits.word import WallImpacts, bursts_of
 
@@ -50,8 +61,18 @@ class OrbitEquation:
     """In forcing periods."""
 
     @cached_property
+    def leaders(self) -> np.ndarray:
+        """As `damper.sweep.orbits.arcs.leaders`."""
+        return leaders(self.base.dimensionless, self.state)
+
+    @cached_property
     def moving(self) -> np.ndarray:
-        return moving(self.base.dimensionless)
+        """Components that are unknown."""
+        return np.unique(self.leaders[self.leaders >= 0])
+
+    def of_moving(self, matrix: np.ndarray) -> np.ndarray:
+        """What a derivative does to these components, with all that they move."""
+        return (matrix @ (self.leaders[:, None] == self.moving))[self.moving]
 
     @cached_property
     def size(self) -> float:
@@ -65,7 +86,9 @@ class OrbitEquation:
     def over(self, at: np.ndarray) -> "PeriodMap | None":
         """Run from each moment to the next; None where there is no such run."""
         starts = np.tile(self.state, (len(self.moments), 1))
-        starts[:, self.moving] = self.size * at[:-1].reshape(len(starts), -1)
+        unknowns = self.size * at[:-1].reshape(len(starts), -1)
+        moves = self.leaders >= 0
+        starts[:, moves] = unknowns[:, np.searchsorted(self.moving, self.leaders[moves])]
         moments = [*self.moments, self.moments[0] + self.period]
         try:
             values: list[Any] = (self.low + self.span * at[-1]).tolist()
@@ -126,13 +149,12 @@ class PeriodMap:
     @cached_property
     def jacobian(self) -> np.ndarray:
         """Derivative of the residual by all unknowns."""
-        moves = self.equation.moving
-        size, count = len(moves), len(self.arcs)
+        size, count = len(self.equation.moving), len(self.arcs)
         rows = np.zeros((size * count, size * count + 1))
         for k, each in enumerate(self.arcs):
             here = slice(size * k, size * (k + 1))
             later = size * ((k + 1) % count)
-            rows[here, here] += each.derivative[np.ix_(moves, moves)]
+            rows[here, here] += self.equation.of_moving(each.derivative)
             rows[here, later : later + size] -= np.eye(size)
         rows[:, -1] = self.slope
         return rows
@@ -147,17 +169,18 @@ class PeriodMap:
                 rates[name] = rates.get(name, 0.0) + span * rate
         scaled = {name: rate for name, rate in rates.items() if name not in SI_UNITS}
         stencil = neighbours(self.parameters.dimensionless, scaled)
-        changes = np.array([each.change_by(stencil, np.zeros(4)) for each in self.arcs])
+        changes = np.array(
+            [each.change_by(stencil, np.zeros_like(each.start)) for each in self.arcs]
+        )
         return (changes[:, equation.moving] / equation.size).ravel()
 
     @cached_property
     def monodromy(self) -> np.ndarray:
         """Derivative of the state after the period by that at the first moment."""
-        moves = self.equation.moving
-        whole = np.eye(4)
-        for each in self.arcs:
-            whole = each.derivative @ whole
-        return whole[np.ix_(moves, moves)]
+        whole = self.equation.of_moving(self.arcs[0].derivative)
+        for each in self.arcs[1:]:
+            whole = self.equation.of_moving(each.derivative) @ whole
+        return whole
 
     @cached_property
     def rows(self) -> np.ndarray:
@@ -173,22 +196,23 @@ class PeriodMap:
     def bursts(self) -> tuple[WallImpacts, ...]:
         """Its runs of impacts on one wall."""
         rows = self.events
-        return bursts_of(rows[:, CAUSE], rows[:, SIDE], rows[:, SPEED])
+        bodies = rows[:, COLUMNS] if rows.shape[1] > COLUMNS else None
+        return bursts_of(rows[:, CAUSE], rows[:, SIDE], rows[:, SPEED], bodies)
 
     @cached_property
-    def signature(self) -> tuple[tuple[str, int, bool], ...]:
-        """What it does in a period, event by event."""
-        return tuple((burst.wall, burst.impacts, burst.completes) for burst in self.bursts)
+    def signature(self) -> tuple[tuple[str, int, bool, int], ...]:
+        """What it does in a period, event by event; of several mass by mass."""
+        return tuple((b.wall, b.impacts, b.completes, b.body) for b in self.bursts)
 
     @property
     def touches(self) -> int:
         """Impacts in a period, but for those that complete."""
-        return sum(impacts for _, impacts, _ in self.signature)
+        return sum(burst.impacts for burst in self.bursts)
 
     @property
     def completions(self) -> int:
         """Chatter sequences that complete in a period."""
-        return sum(completes for _, _, completes in self.signature)
+        return sum(burst.completes for burst in self.bursts)
 
     @property
     def slowest(self) -> float:
@@ -281,10 +305,9 @@ class OrbitPoint:
             # Beside a fixed stop, between walls that differ, under gravity, of a free mass of its
             # own period, or under a force that is not its own opposite half a cycle later, the
             # mirror image is not.
-            left, right = p.restitutions
-            odd = p.forcing.is_odd and p.model != "time_varying" and left == right
-            odd = odd and not p.gravity
-            return odd and len(self.equation.moving) == 4
+            alike = all(len(set(one.restitutions)) == 1 and not one.gravity for one in p.each)
+            odd = p.forcing.is_odd and p.model != "time_varying" and alike
+            return odd and bool(np.all(self.equation.leaders >= 0))
         return p.model != "time_varying" or period % (2 * p.modulation_order) == 0
 
     @property
@@ -307,14 +330,19 @@ class OrbitPoint:
 
     @property
     def flights(self) -> np.ndarray:
-        """Start and end of the flights between events, since the first moment; shape (n, 2)."""
-        rows = self.found.rows
+        """Start and end of the flights between events, since the first moment; shape (n, 2).
+
+        Of several masses all must fly.
+        """
+        rows, model = self.found.rows, self.found.arcs[0].trajectory.model
         # Also where a compliant contact ends, which is no event.
         began = rows[:, CAUSE] != NOTHING
         times = (np.cumsum(rows[:, DURATION]) - rows[:, DURATION])[began]
         length = self.equation.period * self.period
         ends = np.append(times[1:], times[:1] + length)
-        return np.column_stack([times, ends])[rows[began, MODE] == FLIGHT]
+        each = range(len(self.found.arcs[0].sides))
+        flying = np.all([rows_of(model, rows[began], k)[:, MODE] == FLIGHT for k in each], axis=0)
+        return np.column_stack([times, ends])[flying & (ends > times)]
 
     @property
     def margin(self) -> float:

@@ -10,16 +10,17 @@ import numpy as np
 from damper.engine.loop import FINISHED
 from damper.models import check_state, start_run
 from damper.models.sensitivity import Stencil, neighbours
+from damper.models.tangent import parted_in
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import FORCINGS
-from damper.parameters.models import SMOOTH, need_model
+from damper.parameters.models import FRICTIONLESS, need_model
 from damper.parameters.named import named_quantity, rates_of
 from damper.parameters.quantity import whole
 from damper.parameters.units import LENGTH, SPEED, Units
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
-from damper.sweep.orbits.arcs import Arc, moving, run_arc, vector
-from damper.sweep.orbits.word import WallImpacts, bursts_of
+from damper.sweep.orbits.arcs import Arc, leaders, run_arc, state_of, vector
+from damper.sweep.orbits.word import WallImpacts, bursts_of, word_of
 from damper.sweep.points import one_run
 
 #: Largest change of the state over the period, over the size of the state.
@@ -36,9 +37,7 @@ _AT_REST = 1e-8
 
 def followed(kind: type[Parameters | SIParameters]) -> tuple[str, ...]:
     """Quantities along which a motion can be followed."""
-    return tuple(
-        q.name for q in kind.quantities if not q.whole and q.model not in ("sliding", "several")
-    )
+    return tuple(q.name for q in kind.quantities if not q.whole and q.model != "sliding")
 
 
 #: Those of a study.
@@ -120,7 +119,8 @@ class PeriodicOrbit:
     state : State
         At time 0, the start of a forcing period: a run of `parameters` from here is on the orbit.
     derivative : ndarray (4, 4)
-        Of (x, v, y, u) after the period by those at its start.
+        Of (x, v, y, u) after the period by those at its start. Of several free masses it is that of
+        (x, v, y0, u0, y1, u1, ...); those in step are moved as one, by the first of them.
     change : float
         Largest change of the state over the period, in dimensionless units: how closely it is met.
     """
@@ -138,12 +138,12 @@ class PeriodicOrbit:
 
     @property
     def start(self) -> np.ndarray:
-        """The state as an array (x, v, y, u)."""
+        """The state as an array (x, v, y, u); of several free masses (x, v, y0, u0, y1, ...)."""
         return vector(self.state)
 
     def of(self, parameters: Parameters | SIParameters) -> "PeriodicOrbit":
         """The orbit of dimensionless parameters in the units of others, of which these are."""
-        sizes = sizes_of(parameters.units)
+        sizes = sizes_of(parameters.units, len(self.derivative))
         return replace(
             self,
             parameters=parameters,
@@ -154,7 +154,7 @@ class PeriodicOrbit:
     @cached_property
     def scaled(self) -> "PeriodicOrbit":
         """The orbit in dimensionless units."""
-        sizes = sizes_of(self.parameters.units)
+        sizes = sizes_of(self.parameters.units, len(self.derivative))
         return replace(
             self,
             parameters=self.parameters.dimensionless,
@@ -167,10 +167,20 @@ class PeriodicOrbit:
         """Floquet multipliers, complex, the largest first; shape (4,).
 
         Where a chatter sequence completes, two of them are zero. Beside a fixed stop there are only
-        those of the primary; shape (2,).
+        those of the primary; shape (2,). Each further free mass adds two. Of one that is in step
+        with another they are infinite where they hit, for a small deviation that parts them does
+        not stay small; zero where they stick together, too; and 1 where neither happens.
         """
-        moves = moving(self.parameters.dimensionless)
-        values = np.linalg.eigvals(self.scaled.derivative[np.ix_(moves, moves)]).astype(complex)
+        p, start = self.parameters.dimensionless, self.scaled.start
+        moves = leaders(p, start)
+        own = np.unique(moves[moves >= 0])
+        derivative = (self.scaled.derivative @ (moves[:, None] == own))[own]
+        values = np.linalg.eigvals(derivative).astype(complex)
+        in_step = (moves >= 0) & (moves != np.arange(len(moves)))
+        if in_step.any():
+            arc = run_arc(p, start, 0.0, float(self.period))
+            happens = np.repeat(parted_in(arc.trajectory.model, arc.rows), 2)[in_step[2:]]
+            values = np.append(values, np.array([1.0, np.inf, 0.0])[happens])
         return values[np.lexsort((-values.imag, -abs(values)))]
 
     @property
@@ -190,9 +200,9 @@ class PeriodicOrbit:
         Returns
         -------
         ndarray (4,)
-            Derivative of (x, v, y, u), to some 1e-9 of its size. By the inverse of its approach
-            speed it grows where an impact grazes (`slowest_impact`), and it has no bound where a
-            multiplier tends to 1.
+            Derivative of (x, v, y, u), or of (x, v, y0, u0, y1, ...), to some 1e-9 of its size. By
+            the inverse of its approach speed it grows where an impact grazes (`slowest_impact`),
+            and it has no bound where a multiplier tends to 1.
 
         Raises
         ------
@@ -210,7 +220,8 @@ class PeriodicOrbit:
         [0.314, 0.206, 0.443, -0.269]
         """
         change, _, grows = self._change_by(parameter)
-        return change * sizes_of(self.parameters.units) + self.scaled.start * np.tile(grows, 2)
+        sizes, start = sizes_of(self.parameters.units, len(change)), self.scaled.start
+        return change * sizes + start * np.resize(grows, len(start))
 
     @cached_property
     def peak(self) -> float:
@@ -267,9 +278,10 @@ class PeriodicOrbit:
         if np.linalg.cond(matrix) > _SINGULAR:
             raise ValueError(f"no derivative by {parameter}: a multiplier is 1 at {self!r}")
         # In contact the free mass moves with the wall.
-        with_wall = np.array([0.0, 0.0, arc.start_side * stencil.clearance, 0.0])
+        with_wall = np.zeros_like(arc.start)
+        with_wall[2::2] = arc.start_sides * stencil.clearance
         change = arc.change_by(stencil, with_wall) - with_wall
-        change = arc.directions @ np.linalg.solve(matrix, change[: len(matrix)]) + with_wall
+        change = arc.directions @ np.linalg.solve(matrix, change[arc.own]) + with_wall
         return change, stencil, grows
 
     @cached_property
@@ -281,13 +293,17 @@ class PeriodicOrbit:
     @cached_property
     def bursts(self) -> "tuple[WallImpacts, ...]":
         """Its runs of impacts on one wall, the longest on the right wall first."""
-        names = ("kind", "side", "approach_speed")
-        return bursts_of(*(self.events[name] for name in names))
+        names = ("kind", "side", "approach_speed", "body")
+        fields = self.events.dtype.names or ()
+        return bursts_of(*(self.events[name] for name in names if name in fields))
 
     @property
     def word(self) -> str:
-        """Its events: "R3 L2 RS" for three impacts right, two left, complete chatter right."""
-        return " ".join(f"{b.wall}{'S' if b.completes else b.impacts}" for b in self.bursts)
+        """Its events: "R3 L2 RS" for three impacts right, two left, complete chatter right.
+
+        Those of several free masses are parted by a bar: "R1 L1 | R2 L1".
+        """
+        return word_of(self.bursts)
 
     @property
     def impacts(self) -> float:
@@ -316,7 +332,7 @@ def nearest_orbit(
     for _ in range(steps):
         if found.change <= TOLERANCE * max(1.0, float(np.abs(found.start).max())):
             break
-        if found.side != found.start_side:
+        if (found.sides != found.start_sides).any():
             # It ends in contact, or no more: the next period begins as this one ends.
             found = over(found.end)
         elif (stepped := _newton(found, over)) is None:
@@ -324,7 +340,7 @@ def nearest_orbit(
         else:
             found = stepped
         best = min(best, found, key=lambda each: each.change)
-    state = State(*map(float, best.start))
+    state = state_of(best.start)
     return PeriodicOrbit(parameters, period, state, best.derivative, best.change)
 
 
@@ -334,7 +350,7 @@ def check(parameters: Parameters | SIParameters, period: int) -> None:
         raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
     need_force(parameters, "an orbit")
     p = parameters.dimensionless
-    need_model(p, SMOOTH, "an orbit")
+    need_model(p, FRICTIONLESS, "an orbit")
     order = p.modulation_order if p.model == "time_varying" else 1
     if period % order:
         raise ValueError(f"period = {period}: must be a multiple of modulation_order = {order}")
@@ -354,20 +370,21 @@ def need_force(parameters: Parameters | SIParameters, what: str) -> None:
         )
 
 
-def sizes_of(units: Units) -> np.ndarray:
-    """Sizes of the units of (x, v, y, u)."""
-    return np.array([units.length, units.speed] * 2)
+def sizes_of(units: Units, count: int) -> np.ndarray:
+    """Sizes of the units of so many components (x, v, y, u, ...)."""
+    return np.resize([units.length, units.speed], count)
 
 
 def _newton(found: Arc, over: Callable[[np.ndarray], Arc]) -> Arc | None:
     """As much of a Newton step as makes the change smaller; None where nothing does."""
     matrix = found.fixed_point_matrix
-    residual = (found.end - found.start)[: len(matrix)]
+    residual = (found.end - found.start)[found.own]
     step = found.directions @ np.linalg.lstsq(matrix, residual, rcond=None)[0]
     for halving in range(_HALVINGS):
         start = found.start + 0.5**halving * step
-        distance, clearance = abs(start[2] - start[0]), found.parameters.clearance
-        if distance <= clearance * (1.0 + 1e-15) or found.parameters.model == "compliant":
+        clearances = np.array([one.clearance for one in found.parameters.each])
+        within = abs(start[2::2] - start[0]) <= clearances * (1.0 + 1e-15)
+        if within.all() or found.parameters.model == "compliant":
             passed = over(start)
             if passed.change < found.change:
                 return passed

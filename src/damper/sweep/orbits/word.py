@@ -18,10 +18,34 @@ class WallImpacts(NamedTuple):
     completes: bool
     slowest: float
     """Smallest approach speed; where they complete, of those before a faster one (else inf)."""
+    body: int = 0
+    """Number of the free mass."""
 
 
-def bursts_of(kinds: np.ndarray, sides: np.ndarray, speeds: np.ndarray) -> tuple[WallImpacts, ...]:
-    """Bursts of the events of a period, whichever event is its first."""
+def bursts_of(
+    kinds: np.ndarray, sides: np.ndarray, speeds: np.ndarray, bodies: np.ndarray | None = None
+) -> tuple[WallImpacts, ...]:
+    """Bursts of the events of a period, whichever event is its first; of several mass by mass."""
+    if bodies is None:
+        return _bursts_of(kinds, sides, speeds)
+    found: list[WallImpacts] = []
+    for body in np.unique(bodies).astype(int).tolist():
+        own = np.flatnonzero(bodies == body)
+        for burst in _bursts_of(kinds[own], sides[own], speeds[own]):
+            found.append(burst._replace(body=body))
+    return tuple(found)
+
+
+def word_of(bursts: tuple[WallImpacts, ...]) -> str:
+    """The word: of several free masses those of each, which a bar parts."""
+    words = [
+        " ".join(f"{b.wall}{'S' if b.completes else b.impacts}" for b in each)
+        for _, each in groupby(bursts, lambda burst: burst.body)
+    ]
+    return " | ".join(words)
+
+
+def _bursts_of(kinds: np.ndarray, sides: np.ndarray, speeds: np.ndarray) -> tuple[WallImpacts, ...]:
     found: list[WallImpacts] = []
     # A period may begin within a burst.
     first = next((k for k in range(len(kinds)) if kinds[k - 1] or sides[k - 1] != sides[k]), 0)

@@ -1,0 +1,135 @@
+"""What a small change of a parameter does to a motion with several free masses.
+
+As `damper.models.sensitivity`: what each impact and flow leads to from one state, in models beside.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from damper.engine.bodies import body_at
+from damper.engine.compiled import compiled
+from damper.engine.forcing import phase_at
+from damper.engine.model import read_segment
+from damper.engine.oscillator import increments, motion_from
+from damper.models import sensitivity, tangent
+from damper.models.several import (
+    CLEARANCE,
+    GAP,
+    GRAVITY,
+    MODE,
+    RATE,
+    RATIO,
+    SIDE,
+    SPEED,
+    Several,
+    balanced,
+    begin,
+    is_joined,
+    mass_of,
+    primary_with,
+)
+from damper.models.several.tangent import begins_impacts, impulses
+
+
+@sensitivity.clearances_of.register(Several)
+def _clearances_of(model: Several) -> Any:
+    return model.masses[:, CLEARANCE]
+
+
+@sensitivity.follow_change.of(Several)
+def _follow_change(model, stencil, log, change, begun):
+    for index in range(len(log)):
+        s = read_segment(model, log[index])
+        happened = begun or index > 0
+        # From the wall, but for a flight, which knows of none.
+        _shift(s, stencil, change, -1.0, True)
+        tangent.enter(model, s, change, happened)
+        if happened and begins_impacts(s):
+            _add(model, stencil, s, True, change)
+        _shift(s, stencil, change, 1.0, False)
+        tangent.over_time(model, s, 0.0, s.duration, change)
+        _add(model, stencil, s, False, change)
+        for k in range(len(s.bodies)):
+            if is_joined(s.bodies[k, MODE]):
+                change[2 + 2 * k, 0] += s.bodies[k, SIDE] * stencil.clearance[k]
+
+
+@compiled
+def _shift(s, stencil, change, sign, joined):
+    """Take changes of places from the walls, or back; of masses that stick where asked."""
+    for k in range(len(s.bodies)):
+        b = s.bodies[k]
+        sticks = is_joined(b[MODE])
+        if (sticks and joined) or (b[GAP] == 0.0 and not sticks):
+            change[2 + 2 * k, 0] += sign * b[SIDE] * stencil.clearance[k]
+
+
+@compiled
+def _add(model, stencil, s, struck, change):
+    """Add what the impacts that begin a segment, or the flow over it, change by."""
+    here = begin(model, s)
+    first = _lead(stencil.models[0], model, s, here.primary.v, struck)
+    for k in range(1, 4):
+        other = _lead(stencil.models[k], model, s, here.primary.v, struck)
+        for row in range(len(change)):
+            change[row, 0] += stencil.weights[k] * (other[row] - first[row])
+
+
+@compiled
+def _lead(there, model, s, v, struck):
+    """What becomes of all in a model beside, but for what is the same in all models."""
+    return _after_impacts(there, model, s) if struck else _after(there, model, s, v)
+
+
+@compiled
+def _after_impacts(there, model, s):
+    """Velocities after the impacts that begin a segment, those of joined masses their centre's."""
+    found = np.zeros(2 + 2 * len(s.bodies))
+    sides, _, pushes = impulses(model, s)
+    _, levels, _ = impulses(there, s)
+    v = s.v_before + balanced(0.0, sides, there.masses[:, RATIO], levels, pushes)
+    heavier, carried = 1.0, v
+    for k in range(len(s.bodies)):
+        b = s.bodies[k]
+        u = 0.0
+        if pushes[k] == 1.0:
+            # The rebound is what the level has beyond the approach.
+            u = v - sides[k] * (levels[k] - b[SPEED])
+        elif sides[k] != 0.0:
+            u = s.v_before
+        found[3 + 2 * k] = u
+        if is_joined(b[MODE]):
+            heavier += there.masses[k, RATIO]
+            carried += there.masses[k, RATIO] * u
+    found[1] = carried / heavier
+    for k in range(len(s.bodies)):
+        if is_joined(s.bodies[k, MODE]):
+            found[3 + 2 * k] = found[1]
+    return found
+
+
+@compiled
+def _after(there, model, s, v):
+    """What the flow over a segment adds, with a cycle that is longer in proportion."""
+    found = np.zeros(2 + 2 * len(s.bodies))
+    slower = there.cycle / model.cycle
+    tau, joined, pull = s.duration * slower, 0.0, 0.0
+    for k in range(len(s.bodies)):
+        if is_joined(s.bodies[k, MODE]):
+            joined += there.masses[k, RATIO]
+            pull += there.masses[k, RATIO] * there.masses[k, GRAVITY]
+    osc = primary_with(there, joined, pull)
+    phase = phase_at(osc.forcing, s.periods, s.time * slower)
+    way, gained, _ = increments(osc, motion_from(osc, s.x, v, phase), tau)
+    found[0], found[1] = v * tau + way, gained
+    for k in range(len(s.bodies)):
+        b = s.bodies[k]
+        if is_joined(b[MODE]):
+            found[2 + 2 * k], found[3 + 2 * k] = found[0], gained
+        else:
+            y = s.x + b[SIDE] * (model.masses[k, CLEARANCE] - b[GAP])
+            u = s.v - b[SIDE] * b[RATE]
+            way, later = body_at(mass_of(there, k), y, u, phase, tau)
+            found[2 + 2 * k], found[3 + 2 * k] = way, later - u
+    return found
