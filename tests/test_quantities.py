@@ -122,7 +122,7 @@ def sensitivity(values: dict[str, float]) -> Any:
     asked = p.acting if p.forcing.repeats else p.acting.keys() - {"frequency_ratio"}
     for name in (*[n for n in PARAMETER_NAMES if n in asked], *p.forcing.numbers):
         trajectory = start_run(p, state)
-        change, stencil = np.zeros((4, 1)), neighbours(p, {name: 1.0})
+        change, stencil = np.zeros((2 + 2 * len(p.each), 1)), neighbours(p, {name: 1.0})
         for log in trajectory.segments(1.0, 20.0):
             follow_change(trajectory.model, stencil, log, change, False)
         found.append(change.tolist())

@@ -11,8 +11,8 @@ def compiled(models, parts):
 
 @functools.cache
 def models_of(name):
-    """Return the models of a study. Points that do not ask for its model are rigid."""
-    return sorted({"rigid", STUDIES[name].model})
+    """Return the models of a study's points: those at its corners."""
+    return sorted({point.model for point in STUDIES[name].corners})
 
 
 @functools.cache

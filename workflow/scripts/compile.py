@@ -34,6 +34,7 @@ FORCES = {
 
 
 def run_observers() -> None:
+    from damper.observers import observer_class
     from damper.parameters.forcing import forcing_of
     from damper.sweep.slices import simulate_slice
 
@@ -44,8 +45,12 @@ def run_observers() -> None:
         force = forcing_of({"kind": kind, **example, **({key: word[0]} if word else {})})
     point = POINT | ({"gravity": 0.1} if sort != PART else {})
 
+    def asked(name):
+        several = MODEL == "several" and "bodies" in observer_class(name).settings
+        return {name: {"bodies": [0]} if several else None}
+
     # Not all at once: two sections exclude each other.
-    for observers in ({}, *({name: None} for name in NAMES)):
+    for observers in ({}, *map(asked, NAMES)):
         simulate_slice(
             point,
             {},
