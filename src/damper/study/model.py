@@ -193,7 +193,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         path = self.forcing.path(self._folder)
         return {} if path is None else {"samples": str(path)}
 
-    @property
+    @cached_property
     def corners(self) -> list[Parameters]:
         """Parameters at the ends of all axes and draws; ValueError when a value there is refused.
 
