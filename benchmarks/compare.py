@@ -13,6 +13,7 @@ version. Nothing here is a test: machines differ and are shared.
 import argparse
 import ast
 import json
+import math
 import os
 import platform
 import statistics
@@ -148,7 +149,8 @@ def count_of(values: dict[str, float]) -> int:
         damper.Parameters(**parameters_of(values | {"clearance": values["clearance"] * c}))
         for c in SPREAD
     ]
-    return sum(len(damper.events(p, until=PERIODS * p.cycle)) for p in runs) or PERIODS * len(runs)
+    end = PERIODS * math.tau / values["frequency_ratio"]
+    return sum(len(damper.events(p, until=end)) for p in runs) or PERIODS * len(runs)
 
 
 def cold(sources: tuple[Path, Path]) -> None:
