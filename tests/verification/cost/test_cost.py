@@ -19,19 +19,24 @@ from damper.verification.cost.tables.cost import CostTable, make
 CHATTERING = BASE | {"frequency_ratio": 0.2, "clearance": 0.25, "restitution": 0.3}
 SECTION = {"stroboscopic_section": None}
 CASES = {
-    "bare": {"parameters": BASE, "observers": {}},
+    "bare": {"parameters": BASE},
     "observed": {"parameters": BASE, "observers": SECTION},
-    "chattering": {"parameters": CHATTERING, "observers": {}},
-    "grounded": {"parameters": BASE | {"support_stiffness_ratio": 0.01}, "observers": {}},
+    "chattering": {"parameters": CHATTERING},
+    "grounded": {"parameters": BASE | {"support_stiffness_ratio": 0.01}},
+    "two": {
+        "parameters": BASE,
+        "forcing": {"kind": "harmonics", "orders": [1, 2], "amplitudes": [1.0, 1.0]},
+    },
 }
+CASES = {name: {"forcing": {"kind": "harmonic"}, "observers": {}} | c for name, c in CASES.items()}
 
 
 @pytest.fixture(scope="module")
 def timings():
     """What is measured on a machine whose pace changes from one repeat to the next."""
     pace = np.array([1.0, 5.0, 2.0])[:, None]
-    # base twice, bare and observed, chattering, grounded and its rigid counterpart
-    columns = np.array([1.0, 1.1, 1.0, 1.5, 3.0, 2.0, 1.0])
+    # base twice, bare and observed, chattering, grounded and its rigid counterpart, two
+    columns = np.array([1.0, 1.1, 1.0, 1.5, 3.0, 2.0, 1.0, 1.0])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(measuring, "take_turns", lambda timed, repeats: pace * columns[: len(timed)])
         patch.setattr(measuring, "compile_at_once", lambda: None)
@@ -46,6 +51,7 @@ def test_ratios_are_taken_within_a_repeat_and_per_event(timings):
     assert events["bare"] == plain(bare)(points_near(BASE, 2), 30)
     assert cases["observed"]["over_bare"] == pytest.approx([1.5] * 3)
     assert cases["observed"]["observed"][1] == pytest.approx(1e6 * 3.0 / events["bare"])
+    assert events["two"] not in (0, events["bare"])
     assert events["chattering"] > 2 * events["bare"]
     over_base = 3.0 * events["bare"] / events["chattering"]
     assert cases["chattering"]["over_base"][1] == pytest.approx(over_base)
@@ -63,7 +69,9 @@ def test_runs_differ_and_lie_about_the_scene():
     assert list(points_near(BASE, 1)) == [BASE]
 
 
-def test_a_run_that_stops_early_is_not_measured(monkeypatch):
+def test_a_run_that_stops_early_or_has_no_event_is_not_measured(monkeypatch):
+    with pytest.raises(RuntimeError, match="no event"):
+        plain(bare)([BASE | {"clearance": 1e3}], 2)
     monkeypatch.setattr(measuring, "NO_BUDGET", 5)
     for run, rest in ((bare, ()), (observed, (SECTION,))):
         with pytest.raises(RuntimeError, match="did not finish"):
@@ -89,7 +97,7 @@ def test_figure_shows_each_ratio_that_there_is(timings):
     assert [tick.get_text() for tick in time.get_yticklabels()] == list(CASES)
     points = [container.lines[0].get_xydata() for container in time.containers]
     assert points[0] == pytest.approx(np.array([[1.5, 1]]))
-    assert points[1][:, 1] == pytest.approx([0.0, 2.0, 2.8])
+    assert points[1][:, 1] == pytest.approx([0.0, 2.0, 2.8, 4.0])
     assert points[2][:, 1] == pytest.approx([3.2])
-    assert [bar.get_width() for bar in memory.patches] == [0.0, 962 / 1e6, 0.0, 0.0]
+    assert [bar.get_width() for bar in memory.patches] == [0.0, 962 / 1e6, 0.0, 0.0, 0.0]
     assert_nothing_overlaps(figure)

@@ -14,12 +14,13 @@ import numpy as np
 from damper.engine.compiled import compile_at_once
 from damper.engine.loop import FINISHED
 from damper.models import start_run
+from damper.parameters.forcing import forcing_of
 from damper.parameters.quantities import MODEL_NAMES
 from damper.sweep.points import read_point
 from damper.sweep.runs import run_points
 from damper.verification.timing import machine, spread, take_turns
 
-Numbers = Mapping[str, float]
+Scene = Mapping[str, Any]
 Observers = Mapping[str, Mapping[str, Any] | None]
 
 #: No run makes so many events: one that stops early would cost less than it should.
@@ -31,11 +32,12 @@ WIDTH = 0.04
 def measure(
     cases: Mapping[str, Mapping[str, Any]], *, runs: int, periods: int, repeats: int
 ) -> dict[str, Any]:
-    """Measure benchmark cases, name -> ``parameters`` and ``observers``; the first is the base.
+    """Measure benchmark cases, name -> ``parameters``, ``forcing`` and ``observers``.
 
-    In turns; to be alone on the machine. Returns what JSON can hold: the settings; ``machine``;
-    ``noise``, ratio of two timings of the base; and ``cases``: name -> ``model``, ``events``, times
-    in us per event, ``bare`` and ``observed``, and ratios: ``over_bare``, observed over bare;
+    The first is the base. In turns; to be alone on the machine. Returns what JSON can hold: the
+    settings; ``machine``; ``noise``, ratio of two timings of the base; and ``cases``: name ->
+    ``model``, ``events``, times in us per event, ``bare`` and ``observed``, and ratios:
+    ``over_bare``, observed over bare;
     ``over_base``, bare over that of the base, and ``over_rigid``, over that of the rigid damper
     with the same numbers. Times and ratios are [lower quartile, median, upper quartile].
     ``arrays``: bytes of what the observers keep. Cases without observers have no ``observed``,
@@ -43,17 +45,21 @@ def measure(
     """
     compile_at_once()
     names = list(cases)
-    models = {name: read_point(case["parameters"]).parameters.model for name, case in cases.items()}
+    scenes = {
+        name: case["parameters"] | {"forcing": forcing_of(case["forcing"])}
+        for name, case in cases.items()
+    }
+    models = {name: read_point(scene).parameters.model for name, scene in scenes.items()}
     calls: dict[tuple[str, str], Callable[[], int]] = {}
     for name, case in cases.items():
-        points = list(points_near(case["parameters"], runs))
+        points = list(points_near(scenes[name], runs))
         calls[name, "bare"] = partial(bare, points, periods)
         if name == names[0]:
             calls["", "base again"] = calls[name, "bare"]
         if case["observers"]:
             calls[name, "observed"] = partial(observed, points, periods, case["observers"])
         elif models[name] != "rigid":
-            rigid = list(points_near(rigid_part(case["parameters"]), runs))
+            rigid = list(points_near(rigid_part(scenes[name]), runs))
             calls[name, "rigid"] = partial(bare, rigid, periods)
     counts = {key: call() for key, call in calls.items()}  # the first run compiles
     seconds = dict(zip(calls, take_turns(list(calls.values()), repeats).T, strict=True))
@@ -84,7 +90,7 @@ def measure(
     }
 
 
-def bare(points: Iterable[Numbers], periods: int) -> int:
+def bare(points: Iterable[Scene], periods: int) -> int:
     """Run the bare engine over points; return the number of events."""
     events = 0
     for values in points:
@@ -94,10 +100,12 @@ def bare(points: Iterable[Numbers], periods: int) -> int:
         if trajectory.status != FINISHED:
             raise RuntimeError(f"{values} did not finish: nothing to measure")
         events += trajectory.events
+    if not events:
+        raise RuntimeError(f"{values} has no event, whose time could be measured")
     return events
 
 
-def observed(points: Iterable[Numbers], periods: int, observers: Observers) -> int:
+def observed(points: Iterable[Scene], periods: int, observers: Observers) -> int:
     """Run points as a simulation job does; return the bytes of what the observers keep."""
     arrays, _ = run_points(points, observers, transient=0, periods=periods, max_events=NO_BUDGET)
     if arrays["status"].any():
@@ -105,14 +113,14 @@ def observed(points: Iterable[Numbers], periods: int, observers: Observers) -> i
     return sum(array.nbytes for array in arrays.values())
 
 
-def points_near(parameters: Numbers, runs: int) -> Iterator[dict[str, float]]:
+def points_near(scene: Scene, runs: int) -> Iterator[dict[str, Any]]:
     """Points of runs that differ in clearance."""
-    travel = "gap" if "gap" in parameters else "clearance"
+    travel = "gap" if "gap" in scene else "clearance"
     for factor in 1.0 + WIDTH * (np.arange(runs) - 0.5 * (runs - 1)) / runs:
-        yield {**parameters, travel: parameters[travel] * float(factor)}
+        yield {**scene, travel: scene[travel] * float(factor)}
 
 
-def rigid_part(parameters: Numbers) -> dict[str, float]:
-    """Parameters without those of other models."""
+def rigid_part(scene: Scene) -> dict[str, Any]:
+    """The scene without those of other models."""
     others = {name for names in MODEL_NAMES.values() for name in names}
-    return {name: value for name, value in parameters.items() if name not in others}
+    return {name: value for name, value in scene.items() if name not in others}

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from damper.analysis.labels import label_of
 from damper.observers import OBSERVERS
-from damper.parameters import Parameters, SIParameters, quantities
+from damper.parameters import quantities
+from damper.parameters.forcing import force_text
 from damper.study.fields import NamedMapping, Strict, Unit
+from damper.study.forcing import FORCES, ForceEntry
 from damper.study.jobs import Job
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.settings import OBSERVER_SETTINGS, SECTIONS, Fixed
 from damper.sweep.estimate import MOST_PERIODS
+from damper.sweep.points import read_point
 from damper.verification.base import DRAWN, TABULATED, Made, Verification, require, values_of
 
 _NONE: dict[str, Any] = {}
@@ -29,6 +33,9 @@ class Case(Strict):
         NamedMapping("parameter", tuple(quantities.ALL)),
         Field(description="Dimensionless or SI parameters, and initial quantities."),
     ]
+    forcing: Annotated[
+        ForceEntry, FORCES, Field(description="What drives the scene; see `forcing` of studies.")
+    ] = FORCES["harmonic"](kind="harmonic")
     observers: Annotated[
         dict[str, Strict],
         NamedMapping("observer", OBSERVER_SETTINGS, bare=True),
@@ -40,6 +47,7 @@ class Case(Strict):
         remarks = {"threshold": {"assumed", "stated"}}
         return {
             "parameters": values_of(self.parameters),
+            "forcing": self.forcing.settings,
             "observers": {
                 name: made.model_dump(exclude_none=True, exclude=remarks)
                 for name, made in self.observers.items()
@@ -47,23 +55,23 @@ class Case(Strict):
         }
 
     def check_together(self, mistakes: Mistakes) -> None:
-        _check(self.parameters, mistakes)
+        self._check_scene(mistakes)
         if all(section in self.observers for section in SECTIONS):
             message = f"{' and '.join(SECTIONS)} cannot both be asked for"
             mistakes.add(("observers",), message, "one of the two")
 
-
-def _check(parameters: Mapping[str, Fixed], mistakes: Mistakes) -> None:
-    """Note what is wrong with the parameters of one scene, in either system of units."""
-    try:
-        si = quantities.is_si(parameters)
-        require(parameters, mistakes, quantities.SI_QUANTITIES if si else quantities.QUANTITIES)
-        if not mistakes.lines:
-            values = values_of(parameters)
-            given = {name: values[name] for name in values if name not in quantities.INITIAL_NAMES}
-            (SIParameters if si else Parameters)(**given)
-    except ValueError as error:
-        mistakes.add(("parameters",), str(error))
+    def _check_scene(self, mistakes: Mistakes) -> None:
+        """Note what is wrong with the scene, in either system of units."""
+        if self.forcing.path(Path()) is not None:
+            mistakes.add(("forcing", "file"), "a case keeps its samples here", "time and value")
+        try:
+            si = quantities.is_si(self.parameters)
+            known = quantities.SI_QUANTITIES if si else quantities.QUANTITIES
+            require(self.parameters, mistakes, known)
+            if not mistakes.lines:
+                read_point(values_of(self.parameters) | {"forcing": self.forcing.force(Path())})
+        except ValueError as error:
+            mistakes.add(("parameters",), str(error))
 
 
 FIGURES = Kinds(Made, "damper.verification.cost.figures")
@@ -108,7 +116,8 @@ class Cost(Verification):
             parameters = case.parameters.items()
             values = ", ".join(f"{label_of(key)} {one.value:g}" for key, one in parameters)
             observers = ", ".join(map(label_of, case.observers)) or "no observer"
-            found[f"case {label_of(name)}"] = f"{values}; {observers}"
+            driven = force_text(case.forcing.settings)
+            found[f"case {label_of(name)}"] = f"{values}; {driven}; {observers}"
         return found | {"repeats": str(self.repeats)}
 
     def timed(self) -> dict[str, Job]:
