@@ -1,6 +1,7 @@
 """Where runs start, and what is drawn at random: in Python and in study files."""
 
 import itertools
+import json
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import yaml
 from damper import State, simulate
 from damper.analysis.basins import basin_fractions
 from damper.analysis.reduction import share, worst
+from damper.engine.compiled import plain
 from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.units import attributes_of
 from damper.study.config import ConfigError, Study, load_config, load_study
@@ -19,7 +21,7 @@ from damper.study.estimate import estimate
 from damper.sweep.branches import draw
 from damper.sweep.cube import CONVENTIONS, gather, write_cube
 from damper.sweep.parts import read_part, write_part
-from damper.sweep.slices import simulate_slice
+from damper.sweep.slices import run_part, simulate_slice
 
 SCENE: dict[str, Any] = {
     "mass_ratio": 0.1,
@@ -240,6 +242,7 @@ periods: 2
 observers:
   bursts:
 """
+ENGINE = {"accuracy": 1e-12, "max_events": 10**6}
 RANDOM = """\
 draws:
   count: 5
@@ -292,6 +295,28 @@ def test_draws_of_a_study(tmp_path: Path) -> None:
     config = {"studies": ["starts"], "overrides": {"starts": {"draws": mapping}}}
     settings = load_config(config, tmp_path).studies["starts"].draw_settings()
     assert (settings["count"], settings["restitution"]["range"]) == (7, (1e-3, 2e-3))
+
+
+@plain
+def test_jobs_that_share_the_draws_make_the_same_cube(tmp_path: Path) -> None:
+    """With directions of a continuation, a fanned axis, and noise of each draw."""
+    noise = "{kind: noise, seed: draw, step: 0.4, duration: 60, band: [0.2, 1.5]}"
+    text = STUDY.replace("[0.5, 1, 2]", "[0.5, 1], follow: both").replace("phase", "restitution")
+    text += "draws: {count: 5, seed: 1, mass_ratio: [0.05, 0.2]}\nforcing: " + noise
+    text = text.replace("  mass_ratio: 0.1\n", "", 1)
+    text = text.replace("axes:\n", "axes:\n  initial_position: {values: [-1, 1], fan: true}\n")
+    cubes = []
+    for jobs in (1, 3):
+        study = load(tmp_path, f"{text}\njobs: {jobs}\n")
+        parts = study.parts(ENGINE)
+        assert len(parts) == 2 * jobs
+        made = [run_part(**json.loads(json.dumps(job.settings))) for job in parts.values()]
+        cubes.append(gather(made, **study.gathered(ENGINE)["cube.nc"].settings))
+        cubes[-1].attrs.pop("study")
+    assert estimate(study).slices == 6
+    assert cubes[0].sizes["draw"] == 5
+    assert len(set(cubes[0].noise_seed.values)) == 5
+    xr.testing.assert_identical(*cubes)
 
 
 def test_a_drawn_quantity_decides_the_model(tmp_path: Path) -> None:

@@ -86,11 +86,11 @@ class Estimate(NamedTuple):
 def estimate(study: Study) -> Estimate:
     """Estimate what a study takes."""
     sizes = {name: len(values) for name, values in study.axis_values.items()}
-    slices = prod(sizes[name] for name in study.fan_axes)
+    slices = study.jobs * prod(sizes[name] for name in study.fan_axes)
     job = Workload(
         run_sizes(
             {n: sizes[n] for n in study.inner_axes},
-            study.draw_settings().get("count"),
+            ceil(study.draw_settings().get("count", 0) / study.jobs),
             study.follow,
         ),
         *study.most_cycles,

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from hashlib import sha256
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -40,6 +41,17 @@ class Job(NamedTuple):
     resources: Mapping[str, int] = USUAL_RESOURCES
     files: Mapping[str, str] = {}
     """Files that the function of a part is given as well: argument -> path."""
+
+
+def shares(count: int, jobs: int) -> list[tuple[int, int]]:
+    """Return the first and one past the last of the runs of each job that share `count` runs.
+
+    Examples
+    --------
+    >>> shares(5, 2)
+    [(0, 2), (2, 5)]
+    """
+    return list(pairwise(k * count // jobs for k in range(jobs + 1)))
 
 
 def read_parts(paths: Sequence[str], fingerprints: Iterable[str]) -> list[PartData]:

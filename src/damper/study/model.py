@@ -95,6 +95,12 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     ] = FORCES["harmonic"](kind="harmonic")
     initial: PrimaryStart = "rest"
     draws: Draws = _NONE
+    jobs: Annotated[
+        int,
+        Field(
+            ge=1, description="How many jobs share the draws at each place along the fanned axes."
+        ),
+    ] = 1
     max_events: Annotated[
         int | None,
         Field(
@@ -360,7 +366,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     def to_yaml(self) -> str:
         """Return the study as checked, every default spelt out; equal studies, equal text."""
         data = self.model_dump(mode="json", exclude_none=True)
-        defaults = {"masses": [], "orbits": {}, "draws": {}, "forcing": HARMONIC.kind}
+        defaults = {"masses": [], "orbits": {}, "draws": {}, "jobs": 1, "forcing": HARMONIC.kind}
         for section, default in defaults.items():
             if data[section] == default:
                 del data[section]

@@ -9,7 +9,7 @@ from typing import Any
 from damper.parameters import Parameters
 from damper.parameters.forcing import NoForce
 from damper.study.estimate import estimate
-from damper.study.jobs import Job
+from damper.study.jobs import Job, shares
 from damper.study.model import Study
 from damper.sweep.record import record
 
@@ -26,22 +26,33 @@ class SimulatedStudy(Study):  # type: ignore[misc]
             **self.run_settings(engine),
             "observers": self.observer_settings(),
             "primary": self.initial,
-            "draws": self.draw_settings(),
             "follow": self.follow,
             **self.forcing_settings,
             **({"masses": len(self.masses)} if self.masses else {}),
         }
         return {
-            self.slice_path(place): Job(
+            path: Job(
                 "damper.sweep.slices",
-                {"fixed": fixed | place, **every},
+                {"fixed": fixed | place, "draws": draws, **every},
                 files=self.force_files,
                 loads=modules,
                 compiled=("engine",),
                 resources=takes.simulate_resources,
             )
-            for place in self.slices()
+            for path, (place, draws) in self._slices().items()
         }
+
+    def _slices(self) -> dict[str, tuple[dict[str, float], dict[str, Any]]]:
+        """Path of each slice -> its place along the fanned axes, and its draws."""
+        found, draws = {}, self.draw_settings()
+        for place in self.slices():
+            path = self.slice_path(place)
+            if self.jobs == 1:
+                found[path] = place, draws
+            else:
+                for first, end in shares(draws["count"], self.jobs):
+                    found[f"{path}/draws~{first}"] = place, draws | {"only": [first, end]}
+        return found
 
     def gathered(self, engine: Mapping[str, Any]) -> dict[str, Job]:
         """Return the job that gathers the slices into the cube."""
@@ -69,7 +80,7 @@ class SimulatedStudy(Study):  # type: ignore[misc]
                 "amplitude": self.force.amplitude,
                 "notes": {"assumed": self.assumed, "stated": self.stated},
             },
-            needs=tuple(map(self.slice_path, self.slices())),
+            needs=tuple(self._slices()),
             loads=simulation_modules(self),
             resources=estimate(self).gather_resources,
         )

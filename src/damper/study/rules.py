@@ -216,6 +216,10 @@ def _check_draws(study: Study, mistakes: Mistakes) -> None:
     with mistakes.at("draws"):
         if not study.forcing.drawn:
             check_drawn(study.draws, mistakes)
+    count = study.draw_settings().get("count", 0)
+    if study.jobs > max(count, 1):
+        message = f"{study.jobs} jobs cannot share {count} draws"
+        mistakes.add(("jobs",), message, f"at most {count}" if count else "draws, or no jobs")
     if study.forcing.drawn and not study.draws:
         message = f"'{EACH_DRAW}' is another seed in each draw, but there are no draws"
         mistakes.add(("forcing", "seed"), message, "a whole number, or draws: {count: 20, seed: 1}")
@@ -337,9 +341,10 @@ def _check_followed(study: Study, mistakes: Mistakes) -> None:
 
 def _check_slices(study: Study, mistakes: Mistakes) -> None:
     fanned = {name: len(study.axis_values[name]) for name in study.fan_axes}
-    count = math.prod(fanned.values())
+    count = study.jobs * math.prod(fanned.values())
     if count > MOST_SLICES:
         sizes = ", ".join(f"{name} ({size} values)" for name, size in fanned.items())
+        sizes += f", with {study.jobs} jobs at each" * (study.jobs > 1)
         longest = max(fanned, key=lambda name: fanned[name])
         message = f"the fanned axes make {count} slices: {sizes}"
         allowed = f"at most {MOST_SLICES} slices; take 'fan: true' from {longest}"

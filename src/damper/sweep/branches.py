@@ -51,12 +51,12 @@ def branches(
         dimensions["direction"] = list(DIRECTIONS[way])
     labels: dict[str, list[float]] = {}
     if draws:
-        dimensions["draw"] = list(range(draws["count"]))
+        dimensions["draw"] = list(range(*draws.get("only", (0, draws["count"]))))
         labels = draw(draws)
     count = len(list(combinations(*dimensions.values())))
     drawn = [
         {name: values[number] for name, values in labels.items()}
-        for number in dimensions.get("draw", ())
+        for number in range(len(dimensions.get("draw", ())))
     ] or [{}]
     directions = dimensions.get("direction", [None])
     points = [
@@ -79,7 +79,8 @@ def draw(draws: Mapping[str, Any]) -> dict[str, list[float]]:
     Parameters
     ----------
     draws : mapping
-        ``count``, ``seed``, and for each quantity a mapping: ``range`` [low, high], uniform or by
+        ``count``, ``seed``; ``only``, the first and one past the last of those that are wanted, if
+        not all are; and for each quantity a mapping: ``range`` [low, high], uniform or by
         ``spacing`` "log" uniform in its logarithm; ``values``, of which it takes one; or both, the
         values then in a ``share`` of the draws.
 
@@ -94,7 +95,7 @@ def draw(draws: Mapping[str, Any]) -> dict[str, list[float]]:
     for _ in range(draws["count"]):
         for name, rule in rules.items():
             drawn[name].append(_draw_one(generator, rule))
-    return drawn
+    return {name: values[_only(draws)] for name, values in drawn.items()}
 
 
 def noise_seeds(draws: Mapping[str, Any]) -> list[int]:
@@ -106,7 +107,11 @@ def noise_seeds(draws: Mapping[str, Any]) -> list[int]:
     [894258943, 1895454466]
     """
     generator = random.Random(f"noise {draws['seed']}")
-    return [generator.getrandbits(32) for _ in range(draws["count"])]
+    return [generator.getrandbits(32) for _ in range(draws["count"])][_only(draws)]
+
+
+def _only(draws: Mapping[str, Any]) -> slice:
+    return slice(*draws.get("only", (None,)))
 
 
 def _draw_one(generator: random.Random, rule: Mapping[str, Any]) -> float:

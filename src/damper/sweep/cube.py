@@ -3,6 +3,7 @@
 import re
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -145,7 +146,8 @@ def gather(
     Parameters
     ----------
     parts : sequence of PartData
-        Each a slice, in the order of the product of the fanned axes, the last one fastest.
+        Each a slice, or a part of its draws, in the order of the product of the fanned axes, the
+        last one fastest.
     axes : mapping of str to values
         All axes in the order of the cube's dimensions.
     fan_axes : sequence of str
@@ -164,6 +166,7 @@ def gather(
         Its attributes name the ``quantities`` of a run, and count the ``runs``, and of these
         ``runs_stopped_early``.
     """
+    parts = _whole(parts)
     inner = [name for name in axes if name not in fan_axes]
     arrays = {
         name: np.concatenate([part.arrays[name] for part in parts]) for name in parts[0].arrays
@@ -205,6 +208,38 @@ def gather(
             else:
                 cube.attrs[f"{note}_{name}"] = text
     return cube.transpose(*axes, ...)
+
+
+def _whole(parts: Sequence[PartData]) -> list[PartData]:
+    """Join the parts that share the draws of a slice: draws lie last in the runs of a part."""
+    if not parts[0].about["branches"].get("draw"):
+        return list(parts)
+    draws = [part.about["branches"]["draw"] for part in parts]
+    starts = [k for k, own in enumerate(draws) if own[0] == 0]
+    return [_joined(parts[i:j]) for i, j in pairwise([*starts, len(parts)])]
+
+
+def _joined(parts: Sequence[PartData]) -> PartData:
+    if len(parts) == 1:
+        return parts[0]
+    abouts = [part.about for part in parts]
+    counts = [len(about["branches"]["draw"]) for about in abouts]
+    arrays = {}
+    for name, first in parts[0].arrays.items():
+        own = first.shape[1:]
+        each = zip(parts, counts, strict=True)
+        runs = [part.arrays[name].reshape(-1, count, *own) for part, count in each]
+        arrays[name] = np.concatenate(runs, axis=1).reshape(-1, *own)
+    labels = {n: _all([about["labels"][n] for about in abouts]) for n in abouts[0]["labels"]}
+    ways = abouts[0]["branches"] | {"draw": list(range(sum(counts)))}
+    about = abouts[0] | {"labels": labels, "branches": ways}
+    if "noise_seeds" in about:
+        about["noise_seeds"] = _all([about["noise_seeds"] for about in abouts])
+    return PartData(arrays, about)
+
+
+def _all(lists: Iterable[list[Any]]) -> list[Any]:
+    return [value for one in lists for value in one]
 
 
 def write_cube(cube: xr.Dataset, path: Path) -> None:

@@ -173,9 +173,7 @@ class Workload:
         )  # the status
 
 
-def run_sizes(
-    axes: Mapping[str, int], draws: int | None, follow: Mapping[str, str]
-) -> dict[str, int]:
+def run_sizes(axes: Mapping[str, int], draws: int, follow: Mapping[str, str]) -> dict[str, int]:
     """Return the length of each dimension of the runs: axes, directions, draws."""
     sizes = dict(axes)
     for way in follow.values():

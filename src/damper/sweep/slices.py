@@ -94,7 +94,8 @@ def simulate_slice(
     observers = list(observers) if isinstance(observers, Iterator) else observers
     counts = {name: len(values) for name, values in axes.items()}
     draws = draws or {}
-    sizes = run_sizes(counts, draws.get("count"), follow or {})
+    first, end = draws.get("only", (0, draws.get("count", 0)))
+    sizes = run_sizes(counts, end - first, follow or {})
     settings = RunSettings(**run)
     if not settings.timed:  # else it is known with the points
         Workload(sizes, *settings.cycles(1.0, 0.0), make_observers(observers)).refuse_excess()

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from damper.parameters.quantities import MODEL_NAMES
 from damper.study.fields import NamedMapping
-from damper.study.jobs import Job
+from damper.study.jobs import Job, shares
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.settings import Draws, check_drawn, draw_settings, drawn_of
@@ -60,8 +59,7 @@ class Metamorphic(base.Verification):
         found = {}
         for name, draws in self.sets.items():
             settings = draw_settings(draws)
-            ends = [i * settings["count"] // self.jobs for i in range(self.jobs + 1)]
-            for i, (first, end) in enumerate(pairwise(ends)):
+            for i, (first, end) in enumerate(shares(settings["count"], self.jobs)):
                 if end > first:
                     job = {"draws": settings, "first": first, "end": end}
                     found[f"{name}~{i}"] = self._job("relations", job)
