@@ -21,7 +21,7 @@ from damper.engine.compiled import plain
 from damper.engine.model import read_segment
 from damper.engine.segment import CAUSE, COLUMNS, DURATION, IMPACT, PERIODS, TIME, V_BEFORE, V, X
 from damper.models import start_run
-from damper.models.several import GAP, MODE, RATE, SIDE
+from damper.models.several.bodies import GAP, MODE, RATE, SIDE
 from damper.models.tangent import derivative
 from damper.observers.common.base import Window
 from damper.observers.common.laws import LAW_NAMES, broken, excess

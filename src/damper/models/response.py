@@ -42,6 +42,7 @@ from damper.engine.oscillator import OVERDAMPED, Motion, Oscillator, increments,
 from damper.engine.peak import Moment, bounds_of, highest, moment_at
 from damper.engine.quadrature import FEWEST, LONGEST_REACH, NODES, WEIGHTS, nodes_for
 from damper.engine.segment import FLIGHT, TAIL, Segment, centre_velocity
+from damper.parameters.models import name_of
 
 #: Part of the largest displacement below which a bounce's height does not show.
 _ROUNDOFF = 2.220446049250313e-16
@@ -68,7 +69,7 @@ class ResponseIntegrals(NamedTuple):
 
 def prepare_tables(model: Any) -> tuple:
     """Load a model's module `response`, and return what it works out once for a run."""
-    module = import_module(f"{type(model).__module__}.response")
+    module = import_module(f"damper.models.{name_of(model)}.response")
     prepare = getattr(module, "prepare", lambda model: ())
     return prepare(model)  # type: ignore[no-any-return]
 

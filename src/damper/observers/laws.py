@@ -46,7 +46,7 @@ from damper.models.laws import (
 from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
 from damper.observers.common.base import Observer, Window, fields_of, record_type
 from damper.observers.common.laws import LAW_NAMES, LAW_VARIABLES, SEGMENTS
-from damper.parameters.models import MODELS
+from damper.parameters.models import MODELS, name_of
 
 #: Largest violation of each law in a run, what the energy balance needs, and how many segments.
 _FOUND = record_type(
@@ -72,7 +72,7 @@ class Laws(Observer):
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
         super().begin(run, trajectory, window)
-        import_module(f"{type(self._model).__module__}.laws")
+        import_module(f"damper.models.{name_of(self._model)}.laws")
         self._tables = prepare_tables(self._model)
         self._found = np.zeros(1, _FOUND)
         for name in ("touch", "momentum", "restitution_law", "tensile_force"):

@@ -32,7 +32,8 @@ SMOOTH = tuple(name for name in ONE_MASS if name != "sliding")
 
 def name_of(damper: Any) -> str:
     """Name of the model of dimensionless parameters, or of one of the engine, which is its room."""
-    return getattr(damper, "model", "") or type(damper).__module__.rpartition(".")[2]
+    room = type(damper).__module__.removeprefix("damper.models.").partition(".")[0]
+    return getattr(damper, "model", "") or room
 
 
 def unknown_model(what: str, model: str, known: Collection[str]) -> str:

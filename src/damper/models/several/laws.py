@@ -18,7 +18,7 @@ from damper.models.laws import (
     samples_in,
     violation,
 )
-from damper.models.several import (
+from damper.models.several.bodies import (
     CAUSE,
     CLEARANCE,
     GAP,
@@ -29,7 +29,6 @@ from damper.models.several import (
     SIDE,
     Several,
     begin,
-    bodies_in,
     flight_of,
     gap_after,
     is_joined,
@@ -38,6 +37,7 @@ from damper.models.several import (
     segment_of,
     view_of,
 )
+from damper.models.several.motion import bodies_in
 
 have_rigid_walls(Several)
 #: Columns of what `_unclipped` finds of each mass; the last is the size of the gap's terms.

@@ -10,7 +10,8 @@ from damper.engine.compiled import compiled
 from damper.engine.forcing import force_rates
 from damper.engine.segment import TAIL
 from damper.models import response as declared
-from damper.models import several
+from damper.models.several import bodies as several
+from damper.models.several.motion import bodies_in, state_in
 
 
 @declared.impact_loss.of(several.Several)
@@ -20,7 +21,7 @@ def _impact_loss(model, segment):
 
 @declared.stored_energy.of(several.Several)
 def _stored_energy(model, segment, tau):
-    x, v, y, u = several.state_in(model, segment, tau)
+    x, v, y, u = state_in(model, segment, tau)
     energy = 0.5 * (v * v + x * x)
     for k in range(len(y)):
         ratio, gravity = (
@@ -52,7 +53,7 @@ def _bouncing(model, segment):
 @compiled
 def _gap_of_tail(model, segment, tau):
     _, _, number = _bouncing(model, segment)
-    _, _, bodies = several.bodies_in(model, segment, tau)
+    _, _, bodies = bodies_in(model, segment, tau)
     return float(bodies[number, 0])
 
 

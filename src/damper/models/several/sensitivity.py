@@ -13,7 +13,7 @@ from damper.engine.forcing import phase_at
 from damper.engine.model import read_segment
 from damper.engine.oscillator import increments, motion_from
 from damper.models import sensitivity, tangent
-from damper.models.several import (
+from damper.models.several.bodies import (
     CLEARANCE,
     GAP,
     GRAVITY,
@@ -23,12 +23,12 @@ from damper.models.several import (
     SIDE,
     SPEED,
     Several,
-    balanced,
     begin,
     is_joined,
     mass_of,
     primary_with,
 )
+from damper.models.several.contacts import balanced
 from damper.models.several.tangent import begins_impacts, impulses
 
 

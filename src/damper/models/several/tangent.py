@@ -22,7 +22,7 @@ from damper.engine.model import read_segment
 from damper.engine.oscillator import motion_from
 from damper.engine.segment import COLUMNS, FLIGHT, IMPACT, RELEASE, STICKING, TAIL
 from damper.models import tangent
-from damper.models.several import (
+from damper.models.several.bodies import (
     CAUSE,
     CLEARANCE,
     GAP,
@@ -34,14 +34,13 @@ from damper.models.several import (
     SPEED,
     Several,
     SeveralSegment,
-    balance,
-    balanced,
     begin,
     is_joined,
     mass_of,
     primary_with,
     restitution_of,
 )
+from damper.models.several.contacts import balance, balanced
 
 #: Part of a deviation, and of what it moves an impact by, that is roundoff.
 _TOGETHER = 1e-9

@@ -1,0 +1,313 @@
+"""Constants of several free masses, the segment that holds them all, and how each of them moves.
+
+How many there are is no type: one code serves any number.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from damper.engine import model as declared
+from damper.engine.bodies import Ballistic, sum_after
+from damper.engine.compiled import compiled, plain
+from damper.engine.dispatch import by_class, by_class_or_default
+from damper.engine.forcing import phase_at
+from damper.engine.forcing.weighed import WeighedForce
+from damper.engine.impact import ConstantRestitution
+from damper.engine.oscillator import (
+    Motion,
+    Oscillator,
+    motion_at_release,
+    motion_from,
+    oscillator,
+)
+from damper.engine.search import HORIZON, ROUNDOFF, point_at
+from damper.engine.segment import NOTHING, STICKING, TAIL, Segment
+from damper.models import rigid
+from damper.models.flights import Both, gap_of
+from damper.models.forces import drive_of
+from damper.models.rigid import Rigid
+from damper.parameters import Parameters
+
+#: Columns of `Several.masses`.
+RATIO, CLEARANCE, GRAVITY, LEFT, RIGHT = range(5)
+#: Columns of `SeveralSegment.bodies`, as the fields of a `Segment`; the cause is one that is still
+#: to be told in a row of its own, the speed that of an impact at this instant.
+GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION = range(8)
+BODY = 8
+#: In place of a completion: the body has left its wall without a jump of the force just now, so
+#: both accelerations are the same, exactly.
+LIFTS = -1.0
+
+
+class Several(NamedTuple):
+    """Constants of one run; the first eight are those of `damper.models.rigid.Rigid`."""
+
+    mass_ratio: float
+    """Of all free masses together."""
+    clearance: float
+    """The largest."""
+    law: Any
+    cycle: float
+    tolerance: float
+    free: Oscillator
+    stuck: Oscillator
+    """All masses together."""
+    mass: Any
+    """A free mass in flight, but for its weight."""
+    share: float
+    """Acceleration of a free mass by the force, over that of the primary."""
+    masses: np.ndarray
+    """A row each: mass ratio, clearance, gravity, restitution of the left and of the right wall."""
+
+
+class SeveralSegment(NamedTuple):
+    """A segment; the fields of `damper.engine.segment.Segment` are those of one body.
+
+    Of events at one instant each begins a segment of its own; all but the last of them have no
+    length.
+    """
+
+    periods: float
+    time: float
+    x: float
+    v: float
+    gap: float
+    gap_rate: float
+    side: float
+    mode: float
+    cause: float
+    speed: float
+    v_before: float
+    first_speed: float
+    completion: float
+    duration: float
+    body: float
+    """Number of the free mass that the other fields speak of, from 0."""
+    loss: float
+    """Energy lost in all impacts of this instant; the first of their segments has it."""
+    bodies: np.ndarray
+    """A row for each free mass."""
+
+
+class Start(NamedTuple):
+    """What the motion in a segment follows from."""
+
+    osc: Oscillator
+    """The primary, with what sticks to it."""
+    joined: float
+    """Mass ratio of all that sticks."""
+    primary: Motion
+    """In a tail the centre of all that it joins."""
+
+
+@plain
+def prepare(parameters: Parameters, law: Any, accuracy: float) -> Several:
+    """Constants of one run."""
+    p = parameters
+    each = p.each
+    made = rigid.prepare(each[0], law, accuracy)
+    drive = drive_of(p)
+    masses = np.array([(q.mass_ratio, q.clearance, q.gravity, *q.restitutions) for q in each])
+    total = float(np.sum(masses[:, RATIO]))
+    heavier = 1.0 + total
+    strength = drive.amplitude * (1.0 + total * drive.share) / heavier
+    forcing, mass = drive.forcing, made.mass
+    if np.any(masses[:, GRAVITY] != 0.0):
+        forcing = WeighedForce(forcing, strength, 0.0)
+    if drive.share:
+        weighed = WeighedForce(drive.forcing, drive.share * drive.amplitude, 0.0)
+        mass = oscillator(0.0, 0.0, 1.0, weighed)
+    return Several(
+        total,
+        float(np.max(masses[:, CLEARANCE])),
+        law,
+        made.cycle,
+        made.tolerance,
+        made.free,
+        _driven(forcing, p.damping_ratio / heavier, 1.0 / heavier, strength, 0.0),
+        mass,
+        drive.share,
+        masses,
+    )
+
+
+@by_class_or_default
+def _driven(forcing: Any, damping: float, stiffness: float, strength: float, weight: float) -> Any:
+    """Make an oscillator with a constant acceleration beside the force; here there is none."""
+    return oscillator(damping, stiffness, strength, forcing)
+
+
+@_driven.of(WeighedForce)
+def _driven_weighed(forcing, damping, stiffness, strength, weight):
+    return oscillator(damping, stiffness, 1.0, WeighedForce(forcing.forcing, strength, weight))
+
+
+@by_class
+def _weighing(mass: Any, gravity: float) -> Any:
+    """A free mass in flight under its own gravity."""
+
+
+@_weighing.of(Ballistic)
+def _weighing_ballistic(mass, gravity):
+    # Compiled code knows no defaults.
+    return Ballistic(0.0 - gravity, 0.0, 0.0, 0.0)
+
+
+@_weighing.of(Oscillator)
+def _weighing_driven(mass, gravity):
+    forcing = mass.forcing
+    return oscillator(0.0, 0.0, 1.0, WeighedForce(forcing.forcing, forcing.share, -gravity))
+
+
+@compiled
+def mass_of(model: Several, k: int) -> Any:
+    """A free mass in flight."""
+    return _weighing(model.mass, float(model.masses[k, GRAVITY]))
+
+
+@compiled
+def primary_with(model: Several, joined: float, pull: float) -> Oscillator:
+    """The primary with masses of the ratio `joined` and the weight `pull`."""
+    heavier = 1.0 + joined
+    strength = model.free.strength * (1.0 + joined * model.share) / heavier
+    return _driven(
+        model.stuck.forcing, model.free.damping / heavier, 1.0 / heavier, strength, -pull / heavier
+    )
+
+
+@compiled
+def view_of(model: Several, start: Start, k: int, ratio: float, side: float) -> Rigid:
+    """The rigid damper whose free mass of this ratio is body `k`, and all that sticks primary.
+
+    Its walls are as the one of this side.
+    """
+    osc = start.osc
+    return Rigid(
+        ratio / (1.0 + start.joined),
+        float(model.masses[k, CLEARANCE]),
+        ConstantRestitution(restitution_of(model, k, side)),
+        model.cycle,
+        model.tolerance,
+        osc,
+        osc,
+        mass_of(model, k),
+    )
+
+
+@compiled
+def segment_of(s: SeveralSegment, start: Start, k: int) -> Segment:
+    """The segment of one body, as a damper with this one alone has it.
+
+    In a tail that is in the frame of the centre of all that it joins.
+    """
+    b = s.bodies[k]
+    side = float(b[SIDE])
+    v = start.primary.v
+    rate = float(b[RATE]) + side * (v - s.v)
+    mode = float(b[MODE])
+    gap, left = float(b[GAP]), float(b[COMPLETION])
+    return Segment(
+        s.periods, s.time, s.x, v, gap, rate, side, mode, NOTHING, 0.0, v, 0.0, left, 0.0
+    )
+
+
+@by_class
+def flight_of(mass: Any, start: Start, view: Rigid, segment: Segment) -> Any:
+    """What the flight of a mass follows from, as `damper.models.flights.begin_flight`."""
+
+
+@flight_of.of(Ballistic)
+def _flight_of_ballistic(mass, start, view, segment):
+    return start.primary
+
+
+@flight_of.of(Oscillator)
+def _flight_of_driven(mass, start, view, segment):
+    s, p = segment, start.primary
+    y = s.x + s.side * (view.clearance - s.gap)
+    own = motion_from(mass, y, s.v - s.side * s.gap_rate, p.phase)
+    if s.completion == LIFTS:
+        own = motion_at_release(mass, y, own.v, p.a, p.phase)
+    return Both(p, own, p.phase)
+
+
+@by_class
+def gap_after(
+    own: Any, view: Rigid, segment: Segment, way: float, change: float, tau: float
+) -> tuple[float, float, float]:
+    """Gap, its rate and its roundoff after a time, from the primary's increments."""
+
+
+@gap_after.of(Motion)
+def _gap_of_ballistic(own, view, segment, way, change, tau):
+    s, a = segment, view.mass.acceleration
+    fallen = 0.5 * a * tau * tau
+    straight = s.gap_rate * tau
+    size = abs(s.gap) + abs(straight) + abs(way) + abs(fallen)
+    return (
+        (s.gap + straight) + s.side * (way - fallen),
+        s.gap_rate + s.side * (change - a * tau),
+        ROUNDOFF * size,
+    )
+
+
+@gap_after.of(Both)
+def _gap_of_driven(own, view, segment, way, change, tau):
+    moving = gap_of(own, view, segment, 1.0)
+    p = point_at(moving, tau)
+    if tau < HORIZON:
+        return p.value, p.slope, p.roundoff
+    _, _, gap, rate = sum_after(moving, tau)
+    return gap, rate, p.roundoff
+
+
+@compiled
+def is_joined(mode: float) -> bool:
+    """Whether a free mass moves with the primary, or about the centre that the tail has."""
+    return mode in (STICKING, TAIL)
+
+
+@declared.begin.of(Several)
+def begin(model: Several, segment: SeveralSegment) -> Start:
+    """What the motion in a segment follows from; see `damper.engine.model.begin`."""
+    s = segment
+    joined, pull, carried = 0.0, 0.0, 0.0
+    for k in range(len(s.bodies)):
+        b = s.bodies[k]
+        if is_joined(b[MODE]):
+            ratio = float(model.masses[k, RATIO])
+            joined += ratio
+            pull += ratio * float(model.masses[k, GRAVITY])
+            if b[MODE] == TAIL:
+                carried += float(b[SIDE]) * ratio * float(b[RATE])
+    osc = primary_with(model, joined, pull)
+    phase = phase_at(osc.forcing, s.periods, s.time)
+    primary = motion_from(osc, s.x, s.v - carried / (1.0 + joined), phase)
+    return Start(osc, joined, _lifting(model.mass, model, s, osc, primary))
+
+
+@by_class
+def _lifting(mass: Any, model: Any, s: Any, osc: Any, primary: Motion) -> Motion:
+    """The primary's motion, with the very acceleration of a mass that leaves it just now."""
+
+
+@_lifting.of(Ballistic)
+def _lifting_ballistic(mass, model, s, osc, primary):
+    for k in range(len(s.bodies)):
+        b = s.bodies[k]
+        if b[COMPLETION] == LIFTS:
+            a = 0.0 - float(model.masses[k, GRAVITY])
+            return motion_at_release(osc, primary.x, primary.v, a, primary.phase)
+    return primary
+
+
+@_lifting.of(Oscillator)
+def _lifting_driven(mass, model, s, osc, primary):
+    return primary
+
+
+@compiled
+def restitution_of(model: Several, k: int, side: float) -> float:
+    """Coefficient of restitution of a body at one of its walls."""
+    return float(model.masses[k, LEFT if side < 0.0 else RIGHT])

@@ -1,0 +1,181 @@
+"""The log of several free masses: all of them in a row, which speaks of one."""
+
+import numpy as np
+
+from damper.engine import model as declared
+from damper.engine import segment as columns
+from damper.engine.compiled import compiled
+from damper.engine.impact import ConstantRestitution, DifferingWalls
+from damper.engine.segment import (
+    COLUMNS,
+    FLIGHT,
+    IMPACT,
+    NOTHING,
+    Segment,
+    segment_at,
+    write_segment,
+)
+from damper.models.several.bodies import (
+    BODY,
+    CAUSE,
+    CLEARANCE,
+    COMPLETION,
+    FIRST,
+    GAP,
+    LEFT,
+    MODE,
+    RATE,
+    RATIO,
+    RIGHT,
+    SIDE,
+    SPEED,
+    Several,
+    SeveralSegment,
+)
+
+#: Columns of the log -> those of a body.
+_OF_BODY = (
+    (columns.GAP, GAP),
+    (columns.GAP_RATE, RATE),
+    (columns.SIDE, SIDE),
+    (columns.MODE, MODE),
+    (columns.FIRST_SPEED, FIRST),
+)
+
+
+@declared.columns_of.register(Several)
+def _columns_of(model):
+    return COLUMNS + 2 + BODY * len(model.masses)
+
+
+@declared.masses_in.register(Several)
+def _masses_in(model, state):
+    y, u = state.of_each(len(model.masses))
+    return np.array(y), np.array(u)
+
+
+@declared.count_masses.register(Several)
+def _count_masses(model):
+    return len(model.masses)
+
+
+@declared.view_of_mass.register(Several)
+def _view_of_mass(model, body):
+    own = model.masses[body]
+    # No motion has a mirror image where the walls of any mass differ.
+    unlike = model.masses[model.masses[:, LEFT] != model.masses[:, RIGHT]]
+    left, right = (unlike if len(unlike) else model.masses[[body]])[0, [LEFT, RIGHT]].tolist()
+    return model._replace(
+        mass_ratio=float(own[RATIO]),
+        clearance=float(own[CLEARANCE]),
+        law=DifferingWalls(ConstantRestitution(left), ConstantRestitution(right)),
+    )
+
+
+@declared.log_of_mass.register(Several)
+def _log_of_mass(model, log, body):
+    made = log.copy()
+    others = log[:, COLUMNS] != body
+    rows = log[others]
+    first = COLUMNS + 2 + BODY * body
+    for column, field in _OF_BODY:
+        made[others, column] = rows[:, first + field]
+    made[others, columns.CAUSE], made[others, columns.SPEED] = NOTHING, 0.0
+    made[others, columns.COMPLETION] = np.maximum(rows[:, first + COMPLETION], 0.0)
+    made[:, COLUMNS] = body
+    return made
+
+
+@declared.rows_of.register(Several)
+def _rows_of(model, rows, body):
+    # Gap, rate, side and mode stand together in both.
+    found, gap, of_body = rows.copy(), Segment._fields.index("gap"), COLUMNS + 2 + BODY * body
+    found[:, gap : gap + CAUSE] = rows[:, of_body : of_body + CAUSE]
+    found[:, COLUMNS] = body
+    return found
+
+
+@declared.read_segment.of(Several)
+def _read_segment(model, row):
+    count = len(model.masses)
+    bodies = np.empty((count, BODY))
+    for k in range(count):
+        for column in range(BODY):
+            bodies[k, column] = row[COLUMNS + 2 + BODY * k + column]
+    body, loss = float(row[COLUMNS]), float(row[COLUMNS + 1])
+    return _segment(segment_at(row), body, loss, bodies)
+
+
+@declared.write_row.of(Several)
+def _write_row(model, row, segment, duration):
+    write_segment(row, segment, duration)
+    row[COLUMNS] = segment.body
+    row[COLUMNS + 1] = segment.loss
+    for k in range(len(segment.bodies)):
+        for column in range(BODY):
+            row[COLUMNS + 2 + BODY * k + column] = segment.bodies[k, column]
+
+
+@compiled
+def _segment(s, body, loss, bodies):
+    return SeveralSegment(
+        s.periods,
+        s.time,
+        s.x,
+        s.v,
+        s.gap,
+        s.gap_rate,
+        s.side,
+        s.mode,
+        s.cause,
+        s.speed,
+        s.v_before,
+        s.first_speed,
+        s.completion,
+        s.duration,
+        body,
+        loss,
+        bodies,
+    )
+
+
+@compiled
+def told(s: SeveralSegment, v_before: float, loss: float) -> SeveralSegment:
+    """The same segment, with the fields of the first body whose cause is to be told."""
+    k, bodies = 0, s.bodies.copy()
+    for j in range(len(bodies) - 1, -1, -1):
+        cause = bodies[j, CAUSE]
+        # Impacts come first: those that they kick off a wall leave it by them.
+        if cause == IMPACT or (cause != NOTHING and bodies[k, CAUSE] != IMPACT):
+            k = j
+    b = s.bodies[k]
+    bodies[k, CAUSE] = NOTHING
+    speed = float(b[SPEED])
+    gap, rate, side, mode = float(b[GAP]), float(b[RATE]), float(b[SIDE]), float(b[MODE])
+    first, completion = float(b[FIRST]), max(float(b[COMPLETION]), 0.0)
+    told = Segment(
+        s.periods,
+        s.time,
+        s.x,
+        s.v,
+        gap,
+        rate,
+        side,
+        mode,
+        float(b[CAUSE]),
+        speed,
+        v_before,
+        first,
+        completion,
+        0.0,
+    )
+    return _segment(told, float(k), loss, bodies)
+
+
+@compiled
+def segment_of_all(
+    periods: float, time: float, x: float, v: float, bodies: np.ndarray
+) -> SeveralSegment:
+    """A segment that starts here, before anything is told."""
+    here = Segment(periods, time, x, v, 0.0, 0.0, 0.0, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0)
+    return _segment(here, 0.0, 0.0, bodies)

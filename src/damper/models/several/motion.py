@@ -1,0 +1,140 @@
+"""The motion of several free masses in a segment."""
+
+import numpy as np
+
+from damper.engine import model as declared
+from damper.engine.compiled import compiled
+from damper.engine.completion import bounce_at
+from damper.engine.oscillator import arrive, increments
+from damper.engine.search import HORIZON, ROUNDOFF
+from damper.engine.segment import FLIGHT, IMPACT, STICKING, TAIL, clock_after
+from damper.models.several.bodies import (
+    CAUSE,
+    CLEARANCE,
+    COMPLETION,
+    GAP,
+    MODE,
+    RATE,
+    RATIO,
+    SIDE,
+    SPEED,
+    Several,
+    SeveralSegment,
+    Start,
+    begin,
+    flight_of,
+    gap_after,
+    is_joined,
+    restitution_of,
+    segment_of,
+    view_of,
+)
+
+#: Roundoffs of a gap within which an approaching mass is at the wall together with another.
+_TOGETHER = 4.0
+
+
+@compiled
+def all_after(
+    model: Several, s: SeveralSegment, start: Start, tau: float, arriving: np.ndarray
+) -> tuple[float, float, float, float, np.ndarray]:
+    """Where all are after a time: clock, state of the primary, bodies.
+
+    `arriving` gets the walls that bodies are at by then, beside those that it has.
+    """
+    p = start.primary
+    if tau == HORIZON:
+        x, v = arrive(start.osc, p, tau)
+        way, change = (x - p.x) - p.v * tau, v - p.v
+    else:
+        way, change, _ = increments(start.osc, p, tau)
+        x, v = p.x + (p.v * tau + way), p.v + change
+    bodies = s.bodies.copy()
+    for k in range(len(bodies)):
+        b = bodies[k]
+        b[SPEED] = 0.0
+        if is_joined(b[MODE]):
+            continue
+        seg = segment_of(s, start, k)
+        view = view_of(model, start, k, 0.0, seg.side)
+        own = flight_of(view.mass, start, view, seg)
+        gap, rate, roundoff = gap_after(own, view, seg, way, change, tau)
+        width = 2.0 * view.clearance
+        if arriving[k] == 0.0:
+            if gap <= _TOGETHER * roundoff and rate < 0.0:
+                arriving[k] = seg.side
+            elif width - gap <= _TOGETHER * (roundoff + ROUNDOFF * width) and rate > 0.0:
+                arriving[k] = -seg.side
+        b[GAP], b[RATE], b[COMPLETION] = min(max(gap, 0.0), width), rate, 0.0
+    periods, time = clock_after(model.cycle, s.periods, s.time, tau)
+    return periods, time, x, v, bodies
+
+
+@declared.state_in.of(Several)
+def state_in(model: Several, segment: SeveralSegment, tau: float) -> tuple:
+    """As `damper.engine.model.state_in`, with arrays of the free masses' states."""
+    x, v, bodies = bodies_in(model, segment, tau)
+    count = len(bodies)
+    y, u = np.empty(count), np.empty(count)
+    for k in range(count):
+        side = float(bodies[k, SIDE])
+        y[k] = x + side * (float(model.masses[k, CLEARANCE]) - float(bodies[k, GAP]))
+        u[k] = v - side * float(bodies[k, RATE])
+    return x, v, y, u
+
+
+@compiled
+def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, float, np.ndarray]:
+    """State of the primary and of all bodies a time `tau` after a segment's start."""
+    start = begin(model, s)
+    _, _, x, v, bodies = all_after(model, s, start, tau, np.zeros(len(s.bodies)))
+    carried, change = 0.0, 0.0
+    for k in range(len(bodies)):
+        b = bodies[k]
+        if b[MODE] == TAIL and b[RATE] > 0.0:
+            # The centre follows the sticking flow; the bounces go on about it.
+            side = float(b[SIDE])
+            r = restitution_of(model, k, side)
+            gap, rate = bounce_at(r, float(b[COMPLETION]), float(b[RATE]), tau)
+            share = side * float(model.masses[k, RATIO]) / (1.0 + start.joined)
+            carried += share * gap
+            change += share * rate
+            b[GAP], b[RATE] = gap, rate
+        elif is_joined(b[MODE]):
+            b[GAP], b[RATE] = 0.0, 0.0
+    for k in range(len(bodies)):
+        b = bodies[k]
+        if not is_joined(b[MODE]):
+            b[GAP] += b[SIDE] * carried
+            b[RATE] += b[SIDE] * change
+    return x + carried, v + change, bodies
+
+
+@declared.masses_at.of(Several)
+def _masses_at(model, segment, tau, masses):
+    s = segment
+    x, v, bodies = s.x, s.v, s.bodies
+    if tau >= 0.0:
+        x, v, bodies = bodies_in(model, s, tau)
+    for k in range(len(bodies)):
+        b = bodies[k]
+        side = float(b[SIDE])
+        masses[k, 0] = x + side * (float(model.masses[k, CLEARANCE]) - float(b[GAP]))
+        # What is not hit goes on as it was; what sticks, with the primary.
+        masses[k, 1] = v - side * float(b[RATE])
+        masses[k, 2] = float(s.bodies[k, MODE])
+        if tau == declared.BEFORE:
+            told = k == int(s.body) and s.cause == IMPACT
+            if told or b[CAUSE] == IMPACT:
+                masses[k, 1] = s.v_before + side * (s.speed if told else float(b[SPEED]))
+                masses[k, 2] = FLIGHT
+            elif b[MODE] == STICKING:
+                masses[k, 1] = s.v_before
+    return x, s.v_before if tau == declared.BEFORE else v
+
+
+@declared.motion.of(Several)
+def _motion(model, segment, tau):
+    x, v, bodies = bodies_in(model, segment, tau)
+    b = bodies[int(segment.body)]
+    return x, v, float(b[GAP]), float(b[RATE])

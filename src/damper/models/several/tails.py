@@ -1,0 +1,174 @@
+"""The closed rest of complete chatter sequences, of one mass among several."""
+
+import math
+from typing import NamedTuple
+
+from damper.engine.bodies import WeightedSum, start_point
+from damper.engine.compiled import compiled
+from damper.engine.oscillator import motion_from
+from damper.engine.search import first_root
+from damper.engine.segment import FLIGHT, IMPACT, NOTHING, RELEASE, STICKING, TAIL
+from damper.models.flights import completes, gap_of, rests
+from damper.models.rigid import ContactForce, force_point
+from damper.models.several.bodies import (
+    CAUSE,
+    CLEARANCE,
+    COMPLETION,
+    GAP,
+    GRAVITY,
+    MODE,
+    RATE,
+    RATIO,
+    SIDE,
+    Several,
+    SeveralSegment,
+    Start,
+    begin,
+    flight_of,
+    primary_with,
+    restitution_of,
+    segment_of,
+    view_of,
+)
+
+#: Part of the tolerance that may be left of a sequence which others disturb: they prolong it.
+_NOTHING_LEFT = 1e-2
+
+
+class NextEvent(NamedTuple):
+    """The first that happens to a body."""
+
+    tau: float
+    side: float
+    """Of the search."""
+    steps: int
+
+
+@compiled
+def next_event(
+    model: Several, s: SeveralSegment, start: Start, k: int, last: float, margin: float
+) -> NextEvent:
+    """When a body arrives at a wall, or within a margin of it, or is released; up to a time."""
+    seg = segment_of(s, start, k)
+    view = view_of(model, start, k, 0.0, seg.side)
+    if seg.mode == STICKING:
+        force = ContactForce(start.osc, view.mass, start.primary, seg.side)
+        here = force_point(force, 0.0, 0.0, start.primary)
+        largest = max(abs(here.value), abs(here.slope), abs(here.second), abs(here.third))
+        if rests(here) or (here.growth == 0.0 and largest <= here.roundoff):
+            # All hang at rest: what is left of a force that others' weights do not let vanish.
+            return NextEvent(last, 0.0, 1)
+        lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
+        root = first_root(force, here, math.inf, lifts_off, last, 0.0)
+    else:
+        g = gap_of(flight_of(view.mass, start, view, seg), view, seg, 1.0)
+        moving = WeightedSum(
+            g.value - margin, g.slope, g.acceleration, g.longest, g.rate, g.coupling, g.terms
+        )
+        here = start_point(moving)
+        lifts_off = seg.gap == 0.0 and seg.gap_rate == 0.0 and here.second == 0.0
+        root = first_root(moving, here, 2.0 * (view.clearance - margin), lifts_off, last, 0.0)
+    return NextEvent(root.point.tau + root.step, root.side, root.steps)
+
+
+@compiled
+def close(model: Several, s: SeveralSegment) -> float:
+    """Close the chatter sequences that complete before anything else happens; in place.
+
+    A sequence that has less than the tolerance left is at its end whatever the others do: masses
+    that chatter on one wall kick each other off it, and come to rest at one instant. Returned is
+    the primary's velocity.
+    """
+    bodies = s.bodies
+    start = begin(model, s)
+    v = s.v
+    for k in range(len(bodies)):
+        b = bodies[k]
+        at_wall = b[MODE] == FLIGHT and b[GAP] == 0.0 and b[RATE] > 0.0
+        if not at_wall or b[CAUSE] == NOTHING:
+            continue
+        ratio = _chattering_with(model, bodies, k)
+        seg = segment_of(s, start, k)
+        view = view_of(model, start, k, ratio, seg.side)
+        own = flight_of(view.mass, start, view, seg)
+        left, error = completes(view, view.mass_ratio, seg, own)
+        # The next bounce must turn before the other wall; a constant force lets it rise this high.
+        r = restitution_of(model, k, seg.side)
+        rise = 0.25 * seg.gap_rate * left * (1.0 - r)
+        if not (error <= model.tolerance and rise <= view.clearance):
+            continue
+        if left <= _NOTHING_LEFT * model.tolerance:
+            ratio = float(model.masses[k, RATIO])
+            change = -seg.side * ratio / (1.0 + start.joined + ratio) * seg.gap_rate
+            v += change
+            was_kicked = b[CAUSE] == RELEASE
+            b[RATE], b[COMPLETION] = 0.0, 0.0
+            b[MODE] = STICKING if was_kicked else TAIL
+            b[CAUSE] = NOTHING if was_kicked else b[CAUSE]
+            for j in range(len(bodies)):
+                if bodies[j, MODE] == FLIGHT:
+                    bodies[j, RATE] += bodies[j, SIDE] * change
+        elif b[CAUSE] == IMPACT and _is_undisturbed(model, s, start, k, ratio, left, rise):
+            for j in range(len(bodies)):
+                if _chatters_with(model, bodies, k, j):
+                    bodies[j, MODE] = TAIL
+                    bodies[j, COMPLETION] = left
+            return v
+    return v
+
+
+@compiled
+def _chatters_with(model, bodies, k, j):
+    """Whether two bodies chatter as one: what they do at a wall is the same number by number."""
+    b, c = bodies[k], bodies[j]
+    side = float(b[SIDE])
+    return (
+        c[CAUSE] == IMPACT
+        and c[SIDE] == side
+        and c[RATE] == b[RATE]
+        and model.masses[j, GRAVITY] == model.masses[k, GRAVITY]
+        and restitution_of(model, j, side) == restitution_of(model, k, side)
+    )
+
+
+@compiled
+def _chattering_with(model, bodies, k):
+    """Mass ratio of all that chatter as one with a body."""
+    ratio = float(model.masses[k, RATIO])
+    for j in range(len(bodies)):
+        if j != k and _chatters_with(model, bodies, k, j):
+            ratio += float(model.masses[j, RATIO])
+    return ratio
+
+
+@compiled
+def _is_undisturbed(model, s, start, k, ratio, left, rise):
+    """Whether nothing happens to any other body while the sequence of one completes."""
+    bodies = s.bodies
+    joined = start.joined + ratio
+    side = float(bodies[k, SIDE])
+    pull = ratio * float(model.masses[k, GRAVITY])
+    for j in range(len(bodies)):
+        if bodies[j, MODE] == STICKING:
+            pull += float(model.masses[j, RATIO] * model.masses[j, GRAVITY])
+    osc = primary_with(model, joined, pull)
+    v = s.v - side * ratio / (1.0 + joined) * float(bodies[k, RATE])
+    together = Start(osc, joined, motion_from(osc, s.x, v, start.primary.phase))
+    # Bounces carry the primary this far from the centre, at most; twice that to be sure.
+    margin = 2.0 * ratio / (1.0 + joined) * rise
+    for j in range(len(bodies)):
+        b = bodies[j]
+        if j == k or _chatters_with(model, bodies, k, j):
+            continue
+        flies = b[MODE] == FLIGHT
+        width = 2.0 * float(model.masses[j, CLEARANCE])
+        near = flies and not margin < b[GAP] < width - margin
+        if near or (b[MODE] == STICKING and b[SIDE] == side) or b[MODE] == TAIL:
+            return False
+        # Between impacts a contact force is what it is without the mass that bounces.
+        found = next_event(
+            model, s, together if flies else start, j, left, margin if flies else 0.0
+        )
+        if found.side != 0.0 and found.tau <= left:
+            return False
+    return True
