@@ -1,6 +1,7 @@
 """Masses that a study lists: what each has of its own, its quantities as axes, what is refused."""
 
 import json
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -105,6 +106,21 @@ def test_si_units(tmp_path: Path) -> None:
     assert made.gap_1.attrs["units"] == "m"
     assert made.gravity_0.values == pytest.approx(5 * cube.gravity_0.values, rel=1e-15)
     assert made.rms_displacement.values == pytest.approx(0.05 * cube.rms_displacement.values, 1e-9)
+
+
+def test_corners_have_each_mass_at_all_ends_it_knows(tmp_path: Path) -> None:
+    ends = "phase: [0, 1], gravity_0: [0, 1], gravity_1: [1, 2], clearance_2: [3, 4]"
+    text = STUDY.replace("gravity_0: [0, 0.2]", ends)
+    study = study_of(text.replace("axes:", "  - {mass_ratio: 3}\naxes:"), tmp_path)
+    found = [
+        {(p.phase, p.each[k].gravity, p.each[k].clearance) for p in study.corners} for k in range(3)
+    ]
+    assert found == [
+        {*product((0.0, 1.0), (0.0, 1.0), (1.0,))},
+        {*product((0.0, 1.0), (1.0, 2.0), (0.5, 2.0))},
+        {*product((0.0, 1.0), (0.0,), (3.0, 4.0))},
+    ]
+    assert len(study.corners) == 2 * 2 * 4  # of 32: the masses go through theirs side by side
 
 
 WRONG = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())["masses"]

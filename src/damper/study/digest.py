@@ -4,10 +4,10 @@ The digest of a script covers the script and every damper module that it imports
 not. Rules list it among their `params`, so an edit reruns just what depends on it.
 """
 
-import hashlib
 import re
 from collections.abc import Iterable
 from functools import cache
+from hashlib import sha256
 from itertools import accumulate
 from pathlib import Path
 
@@ -22,11 +22,8 @@ def code_digest(script: Path, modules: Iterable[str] = ()) -> str:
     `modules` are those that it loads by name, such as the observers that a study asks for;
     ValueError for one that is not of damper. The same on every platform: newlines are normalised.
     """
-    digest = hashlib.sha256()
-    files = files_behind(script, modules)
-    for path in sorted(files, key=lambda path: (path.name, _source(path))):
-        digest.update(path.name.encode() + b"\0" + _source(path) + b"\0")
-    return digest.hexdigest()[:16]
+    sources = sorted((path.name, _digest(path)) for path in files_behind(script, modules))
+    return sha256(repr(sources).encode()).hexdigest()[:16]
 
 
 def files_behind(script: Path, modules: Iterable[str] = ()) -> set[Path]:
@@ -93,3 +90,8 @@ def _file(module: str, package: Path) -> Path | None:
 @cache
 def _source(path: Path) -> bytes:
     return path.read_bytes().replace(b"\r\n", b"\n")
+
+
+@cache
+def _digest(path: Path) -> bytes:
+    return sha256(_source(path)).digest()

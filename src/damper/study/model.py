@@ -13,7 +13,7 @@ from pydantic import Field
 
 from damper.parameters import Parameters
 from damper.parameters.forcing import EACH_DRAW, HARMONIC, Forcing, force_text
-from damper.parameters.masses import MOST_MASSES, OF_ANY_MASS, own_values
+from damper.parameters.masses import MOST_MASSES, OF_ANY_MASS, own_values, split
 from damper.parameters.named import damper_of
 from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_ONLY, is_si, quantities_in
 from damper.parameters.run import EngineSettings, RunLength, declared_in
@@ -206,15 +206,24 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         Each dimensionless parameter is monotone in what it is formed from, so the ends show what
         the values between them are allowed to be and which model they ask for.
         """
-        ends = {n: {min(v), max(v)} for n, v in self.ends.items() if n not in INITIAL_NAMES}
         every: dict[str, Any] = {"forcing": self.force}
         if self.masses:
             every["masses"] = [{}] * len(self.masses)
-        points = (
-            damper_of(dict(zip(ends, values, strict=True)) | every)
-            for values in combinations(*ends.values())
+        # What the masses have of their own never meets: each goes through its ends beside the
+        # others. Mass 0 may set the units of all.
+        ends: dict[int, dict[str, set[float]]] = {0: {}}
+        for name, values in self.ends.items():
+            if name not in INITIAL_NAMES:
+                ends.setdefault((split(name) or ("", 0))[1], {})[name] = {min(values), max(values)}
+        common, *own = (
+            [dict(zip(of, point, strict=True)) for point in combinations(*of.values())]
+            for of in ends.values()
         )
-        return [point.dimensionless for point in points]
+        beside = [
+            {name: value for points in own for name, value in points[k % len(points)].items()}
+            for k in range(max(map(len, own), default=1))
+        ]
+        return [damper_of(p | q | every).dimensionless for p in common for q in beside]
 
     @cached_property
     def windows(self) -> list[tuple[float, float, float]]:

@@ -257,7 +257,7 @@ _CORE = [
 ]
 
 
-class _Dumper(yaml.SafeDumper):
+class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
     """Quotes what YAML 1.1 or 1.2 would not take for text, and writes no anchors."""
 
     def ignore_aliases(self, data: Any) -> bool:
