@@ -48,6 +48,30 @@ def test_cells_of_the_page_of_phenomena_draw_figures():
         assert eval(last, space).axes
 
 
+def test_torus_of_the_page_of_phenomena_begins_where_multipliers_leave_the_unit_circle():
+    p = damper.Parameters(0.3, 0.05, 1.1, 4.3, 0.3)
+    branch = damper.continue_orbit(damper.periodic_orbit(p), "clearance", 4.3, 4.46)
+    (torus,), beyond = branch.special_points, branch.orbits[-1].multipliers[0]
+    assert torus.kind == "torus"
+    assert "clearance 4.413 " in (ROOT / "docs/phenomena.md").read_text()
+    assert torus.value == pytest.approx(4.413, abs=5e-4)
+    assert abs(beyond) > 1
+    assert abs(beyond.imag) > 0.5
+    cube = damper.simulate(
+        mass_ratio=0.3,
+        damping_ratio=0.05,
+        frequency_ratio=1.1,
+        restitution=0.3,
+        clearance=4.46,
+        transient=1000,
+        periods=1000,
+        observers=["lyapunov"],
+    )
+    first, second = cube.lyapunov_exponents.values.ravel()[:2]
+    assert abs(first) < 2e-3
+    assert second < -0.02
+
+
 def test_lists_of_what_a_study_can_ask_for_are_whole():
     text = (ROOT / "docs/studies.md").read_text()
     analysis = {*damper.analysis.__all__}
