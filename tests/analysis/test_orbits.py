@@ -10,6 +10,7 @@ from damper.figures import draw
 from damper.figures.overlays import Panels
 from damper.figures.overlays.orbits import overlay
 from damper.parameters import Parameters
+from damper.sweep.orbits.periodic import periodic_orbit
 from damper.tables.special_points import SpecialPoints, make
 from damper.theory.two_impacts import orbits as closed_form
 
@@ -55,6 +56,63 @@ def test_every_variable_has_a_long_name_and_every_number_units(branches: xr.Data
         assert len(variable.attrs["long_name"]) > 3, name
         assert variable.dtype.kind not in "fi" or variable.attrs["units"] in ("1", "rad"), name
     assert branches.point_velocity.attrs["scaled_by"] == "F0/sqrt(K M)"
+
+
+def test_units_in_step_have_the_branch_of_one(branches: xr.Dataset) -> None:
+    """From rest they stay so; what parts them has the multipliers that are infinite."""
+    two = plain(follow_orbits)(
+        {"two": ENTRY | {"at": {"restitution": 0.5}}}, FIXED | {"unit_count": 2.0}, AXES
+    )
+    one = branches.isel(point=branches.point_branch.values == 1)
+    assert two.kind.values.tolist() == one.kind.values.tolist() == ["symmetry breaking"]
+    assert two.point_value.values == pytest.approx(one.point_value.values, abs=1e-9)
+    assert np.isinf(two.point_multiplier[:, :2]).all()
+    assert two.point_multiplier.values[:, 2:] == pytest.approx(
+        one.point_multiplier.values, rel=1e-6
+    )
+
+
+def test_along_the_clearance_of_one_mass() -> None:
+    """To where the order of the impacts changes; each orbit is one that is found by itself."""
+    own = {"mass_ratio_0": 0.1, "mass_ratio_1": 0.09, "clearance_0": 3.0, "gravity_1": 0.05}
+    fixed = {"damping_ratio": 0.1, "frequency_ratio": 1.0, "restitution": 0.5, **own}
+    entry = ENTRY | {"along": "clearance_1", "start": 3.6}
+    found = plain(follow_orbits)({"two": entry}, fixed, {"clearance_1": (3.5, 4.6)}, masses=2)
+    assert found.attrs["masses"] == 2
+    assert found.mass_ratio_1.attrs["long_name"] == "mass ratio m/M, mass 1"
+    assert found.first_end.item() == "clearance_1 = 3.5 is the end of the range"
+    assert "where the masses 1 and 0 hit at one instant" in found.last_end.item()
+    for k in (0, 8, -1):
+        orbit = found.isel(orbit=k, turn=0)
+        masses = [
+            {"mass_ratio": 0.1, "clearance": 3.0},
+            {"mass_ratio": 0.09, "clearance": float(orbit.value), "gravity": 0.05},
+        ]
+        p = Parameters(9.0, 0.1, 1.0, 9.0, 0.5, masses=masses)
+        known = plain(periodic_orbit)(p, settle=60)
+        assert [orbit.displacement, orbit.velocity] == pytest.approx(known.start[:2], abs=1e-8)
+        assert orbit.multiplier.values == pytest.approx(abs(known.multipliers), abs=1e-6)
+        assert orbit.word == known.word
+
+
+def test_a_curve_along_two_quantities_of_one_mass() -> None:
+    """At its ends the orbit that is found by itself has the multiplier -1."""
+    own = {"mass_ratio_0": 0.05, "mass_ratio_1": 0.05, "clearance_0": 4.0}
+    fixed = {"damping_ratio": 0.05, "frequency_ratio": 1.0, "restitution": 0.6, **own}
+    entry = ENTRY | {"along": "clearance_1", "start": 5.66, "settle": 200}
+    entry["curves"] = {"period doubling": {"mass_ratio_1": (0.0499, 0.0501)}}
+    found = plain(follow_orbits)({"two": entry}, fixed, {"clearance_1": (5.65, 5.68)}, masses=2)
+    assert found.kind.values.tolist() == ["period doubling"]
+    assert found.curve_other.item() == "mass_ratio_1"
+    assert found.curve_other_value.values[[0, -1]].tolist() == [0.0499, 0.0501]
+    for k in (0, -1):
+        ratio, clearance = found.curve_other_value.values[k], found.curve_value.values[k]
+        masses = [
+            {"mass_ratio": 0.05, "clearance": 4.0},
+            {"mass_ratio": float(ratio), "clearance": float(clearance)},
+        ]
+        p = Parameters(9.0, 0.05, 1.0, 9.0, 0.6, masses=masses)
+        assert abs(plain(periodic_orbit)(p).multipliers + 1.0).min() < 1e-8
 
 
 def test_table(branches: xr.Dataset) -> None:

@@ -11,6 +11,7 @@ import yaml
 from jsonschema import Draft202012Validator
 
 import damper
+from damper.analysis.orbits import follow_orbits
 from damper.engine.compiled import plain
 from damper.notebook.accessor import CubeAccessor
 from damper.study.config import ConfigError, load_study
@@ -121,6 +122,36 @@ def test_corners_have_each_mass_at_all_ends_it_knows(tmp_path: Path) -> None:
         {*product((0.0, 1.0), (0.0,), (3.0, 4.0))},
     ]
     assert len(study.corners) == 2 * 2 * 4  # of 32: the masses go through theirs side by side
+
+
+ORBITS = """\
+title: Periodic motions of two unlike masses
+source: our own
+parameters: {damping_ratio: 0.1, frequency_ratio: 1, restitution: 0.5}
+masses:
+  - {mass_ratio: 0.1, clearance: 3}
+  - {mass_ratio: 0.09, gravity: 0.05}
+axes: {clearance_1: {values: [3.5, 3.6]}}
+transient: 100
+periods: 3
+observers: {stroboscopic_section: }
+orbits: {a: {along: clearance_1, start: 3.5, max_orbits: 2}}
+"""
+
+
+@plain
+def test_orbits_along_a_quantity_of_one_mass(tmp_path: Path) -> None:
+    """That at the start is on the section of the study's runs."""
+    study = study_of(ORBITS, tmp_path)
+    assert SCHEMA.is_valid(yaml.safe_load(ORBITS))
+    entries = {name: {"settle": 100, **entry.model_dump()} for name, entry in study.orbits.items()}
+    found = follow_orbits(entries, study.fixed, study.axis_values, masses=len(study.masses))
+    at = int(np.flatnonzero(found.value == 3.5)[0])
+    cube = cube_of(study)
+    for name in ("displacement", "velocity"):
+        known = cube[name].sel(clearance_1=3.5).values
+        assert found[name].values[at, 0] == pytest.approx(known, abs=1e-9)
+    assert found.word[at] == "R1 L1 | R1 L1"
 
 
 WRONG = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())["masses"]

@@ -97,6 +97,61 @@ def test_sensitivity_under_two_harmonics(uneven: damper.PeriodicOrbit, name: str
     np.testing.assert_allclose(found, five_points(beside, 3e-4 * value), rtol=1e-7)
 
 
+#: Two unlike masses, each with two impacts a period.
+UNLIKE = Parameters(
+    mass_ratio=0.1,
+    damping_ratio=0.1,
+    frequency_ratio=1.0,
+    clearance=3.0,
+    restitution=0.5,
+    masses=[{}, {"mass_ratio": 0.09, "clearance": 3.6, "gravity": 0.05, "restitution": 0.5}],
+)
+
+
+@pytest.mark.parametrize(
+    ("units", "names"),
+    [
+        (1, ["clearance", "clearance_1", "mass_ratio_0", "restitution_1", "gravity_0"]),
+        (2, ["gap_1", "free_mass_1", "stiffness", "gravity_1", "force_amplitude"]),
+    ],
+    ids=["dimensionless", "SI"],
+)
+def test_sensitivity_of_several_masses(units: int, names: list[str]) -> None:
+    """By what all have, and by what one of them has of its own or takes from all."""
+    p = UNLIKE if units == 1 else SIParameters.of(UNLIKE, 2.0, 200.0, 10.0)
+    orbit = periodic_orbit(p)
+    assert orbit.stable
+    assert orbit.word == "R1 L1 | R1 L1"
+    for name in names:
+        value = value_of(p, name)
+
+        def beside(way: float, name: str = name, value: float = value) -> np.ndarray:
+            return periodic_orbit(with_values(p, {name: value + way}), state=orbit.state).start
+
+        known = five_points(beside, 3e-4 * (value or 1.0))
+        found = plain(orbit.sensitivity)(name)
+        np.testing.assert_allclose(found, known, rtol=0, atol=1e-7 * abs(known).max(), err_msg=name)
+
+
+def test_masses_in_step_are_sensitive_as_one() -> None:
+    """A parameter that parts them is refused, and so is what is no parameter."""
+    start = next(orbit for orbit in orbits(TWO_IMPACTS) if orbit.stable).start
+    twice = State(start.x, start.v, [start.y] * 2, [start.u] * 2, start.time)
+    one = periodic_orbit(TWO_IMPACTS, state=start)
+    masses = [{"mass_ratio": 0.03}, {"mass_ratio": 0.07}]
+    both = periodic_orbit(replace(TWO_IMPACTS, masses=masses), state=twice)
+    for name, same in (("clearance", "clearance"), ("mass_ratio_1", "mass_ratio")):
+        known = one.sensitivity(same)[[0, 1, 2, 3, 2, 3]]
+        np.testing.assert_allclose(both.sensitivity(name), known, rtol=1e-9)
+    for refused in (both.sensitivity, lambda name: damper.continue_orbit(both, name, 5.0, 6.0)):
+        with pytest.raises(ValueError, match=r"^clearance_1 parts the masses 0 and 1, which move "):
+            refused("clearance_1")
+        with pytest.raises(TypeError, match=r"^initial_position_1 is where a run starts"):
+            refused("initial_position_1")
+        with pytest.raises(TypeError, match=r"^unknown parameter 'clearance_2' .*'clearance_1'"):
+            refused("clearance_2")
+
+
 def test_multipliers_under_two_harmonics(uneven: damper.PeriodicOrbit) -> None:
     def after(start: np.ndarray) -> np.ndarray:
         run = start_run(uneven.parameters, State(*start))

@@ -9,12 +9,12 @@ from damper.tables import Table, make
 
 def test_files_have_all_digits_and_unix_line_ends(tmp_path) -> None:
     data = pd.DataFrame({"a": [0.1 + 0.2, float("nan")], "b": [1, 2], "c": [True, False]})
-    cells = pd.DataFrame([["x", "y"]], columns=["", ""])
+    cells = pd.DataFrame([["x", "R1 | L1"]], columns=["", ""])
     table = Table("T", data, ["Words.", cells, "## More", "- one\n- two"])
     table.save(tmp_path / "t.csv", tmp_path / "t.md")
     assert (tmp_path / "t.csv").read_bytes() == b"a,b,c\n0.30000000000000004,1,True\n,2,False\n"
     assert (tmp_path / "t.md").read_bytes() == (
-        b"# T\n\nWords.\n\n|  |  |\n|---|---|\n| x | y |\n\n## More\n\n- one\n- two\n"
+        b"# T\n\nWords.\n\n|  |  |\n|---|---|\n| x | R1 \\| L1 |\n\n## More\n\n- one\n- two\n"
     )
 
 

@@ -13,7 +13,9 @@ sys.stderr = open(snakemake.log[0], "w", buffering=1)
 job = snakemake.params.job
 # Many short runs, known to be worth it.
 compile_at_once()
-branches = follow_orbits(job["orbits"], job["fixed"], job["axes"], job["at"], job["forcing"])
+branches = follow_orbits(
+    job["orbits"], job["fixed"], job["axes"], job["at"], job["forcing"], job.get("masses", 0)
+)
 for name in job["axes"]:
     branches[name].attrs["axis"] = 1
 branches.attrs |= {**job["about"], "code_digest": job["code"]}

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.parameters import Parameters
-from damper.parameters.forcing import HARMONIC, Forcing, forcing_of
-from damper.parameters.quantities import ALL, PARAMETER_NAMES
+from damper.parameters.forcing import forcing_of
+from damper.parameters.named import damper_of, value_of
+from damper.parameters.quantities import ALL, INITIAL_NAMES, quantities_in
 from damper.parameters.variables import LENGTH, SPEED, Variable
 from damper.sweep.cube import described, described_all
 from damper.sweep.orbits.arcs import run_arc
@@ -59,6 +59,7 @@ def follow_orbits(
     axes: Mapping[str, Sequence[float]],
     at: float = 0.0,
     forcing: Mapping[str, Any] | None = None,
+    masses: int = 0,
 ) -> xr.Dataset:
     """Follow periodic motions along an axis, at each place of the other axes.
 
@@ -74,6 +75,8 @@ def follow_orbits(
         Part of the forcing period at which `displacement` and `velocity` are those of the orbit.
     forcing : mapping, optional
         What drives the damper, as `Forcing.settings`; a harmonic force by default.
+    masses : int, default 0
+        How many free masses it lists; what one has of its own is a quantity, such as `clearance_1`.
 
     Returns
     -------
@@ -85,14 +88,17 @@ def follow_orbits(
         parameter, with the number of their `curve`.
     """
     found = []
-    force = HARMONIC if forcing is None else forcing_of(forcing)
+    # Where a study's runs start is none of a motion's parameters.
+    own = {name: value for name, value in fixed.items() if name not in INITIAL_NAMES}
+    every: dict[str, Any] = {} if forcing is None else {"forcing": forcing_of(forcing)}
+    every |= {"masses": [{}] * masses} if masses else {}
     for name, entry in entries.items():
         along = entry["along"]
         at_only = {axis: (value,) for axis, value in entry.get("at", {}).items()}
         others = {k: at_only.get(k, values) for k, values in axes.items() if k != along}
         for place in combinations(*others.values()):
             where = dict(zip(others, place, strict=True))
-            branch = _branch(entry, {**fixed, **where}, axes[along], force)
+            branch = _branch(entry, {**own, **where, **every}, axes[along])
             found.append((name, along, where, branch))
     curves = [
         (k, along, other, continue_point(point, ranges, step=_STEP))
@@ -127,12 +133,13 @@ def follow_orbits(
     for axis in axes:
         values = np.array([where.get(axis, np.nan) for _, _, where, _ in found], float)
         data[axis] = described(_quantity(axis), values, _BRANCH)
-    along_orbits = [getattr(o.parameters, found[k][1]) for k, o in orbits]
-    data |= _of_orbits("orbit", "", orbits, along_orbits, turns, at)
+    count = max(4, *(len(orbit.multipliers) for _, orbit in orbits)) if orbits else 4
+    along_orbits = [value_of(o.parameters, found[k][1]) for k, o in orbits]
+    data |= _of_orbits("orbit", "", orbits, along_orbits, turns, count, at)
     at_points = [(k, point.orbit) for k, point in points]
-    data |= _of_orbits("point", "point_", at_points, [p.value for _, p in points], turns, at)
-    given = [name for name in PARAMETER_NAMES if name in fixed]
-    return xr.Dataset(data, {name: described(_quantity(name), fixed[name]) for name in given})
+    data |= _of_orbits("point", "point_", at_points, [p.value for _, p in points], turns, count, at)
+    given = {name: described(_quantity(name), own[name]) for name in quantities_in(own)}
+    return xr.Dataset(data, given, {"masses": masses} if masses else {})
 
 
 def _of_orbits(
@@ -141,11 +148,12 @@ def _of_orbits(
     orbits: Sequence[tuple[int, PeriodicOrbit]],
     values: Sequence[float],
     turns: int,
+    count: int,
     at: float,
 ) -> dict[str, xr.Variable]:
     """Return what is kept of orbits, each with the number of its branch and its value there."""
     section = np.full((len(orbits), turns, 2), np.nan)
-    multipliers = np.full((len(orbits), 4), np.nan)
+    multipliers = np.full((len(orbits), count), np.nan)
     for row, (_, orbit) in enumerate(orbits):
         section[row, : orbit.period] = _on_section(orbit, at)
         multipliers[row, : len(orbit.multipliers)] = abs(orbit.multipliers)
@@ -164,14 +172,10 @@ def _quantity(name: str) -> Variable:
     return Variable(name, ALL[name].long_name, ALL[name].units)
 
 
-def _branch(
-    entry: Mapping[str, Any], values: Mapping[str, float], along: Sequence[float], force: Forcing
-) -> Branch:
+def _branch(entry: Mapping[str, Any], values: Mapping[str, Any], along: Sequence[float]) -> Branch:
     """One branch; without orbits, and with the reason, where no motion is found."""
     name, ends = entry["along"], (min(along), max(along))
-    # Where a study's runs start is none of a motion's parameters.
-    own = {key: value for key, value in values.items() if key in PARAMETER_NAMES}
-    p = Parameters(**{**own, name: entry["start"]}, forcing=force)
+    p = damper_of({**values, name: entry["start"]})
     try:
         orbit = periodic_orbit(p, entry["period"], settle=entry["settle"])
     except ValueError as error:

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from damper.parameters.forcing import HARMONIC, check_force, read_forcing
-from damper.parameters.masses import OF_A_MASS_SI, read_masses
+from damper.parameters.masses import OF_A_MASS_SI, read_masses, split, with_own
 from damper.parameters.quantity import Declared, Quantity, quantity, shared
 from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED, Units
 
@@ -634,15 +634,23 @@ class SIParameters(Declared, shares=Parameters):
         But for the inclination's, all are products of powers, whose exponents doubling it shows;
         from 0 they are linear.
         """
-        own, found = self.__dict__[name], {}
+        values, found = self.__dict__, {}
+        common, k = split(name) or (name, 0)
+        own = values[common] if common == name else dict(self.masses[k]).get(common, values[common])
+
+        def having(value: float) -> dict[str, Any]:
+            if common == name:
+                return values | {name: value}
+            return values | {"masses": with_own(self.masses, {name: value})}
+
         if name == "force_amplitude" and not own:  # lengths stay in half of the gap
-            one = _referred(self.__dict__ | {name: 1.0})[name]
-            return {name: one / _referred(self.__dict__)[name]}
+            one = _referred(having(1.0))[name]
+            return {name: one / _referred(values)[name]}
         if name == "inclination":
-            upright = _all_scaled(self.__dict__ | {name: 90.0})["gravity"]
-            return {"gravity": math.radians(upright * math.cos(math.radians(own)))}
-        here = _all_scaled(self.__dict__)
-        for key, value in _all_scaled(self.__dict__ | {name: 2.0 * own or 1.0}).items():
+            upright, slope = _all_scaled(having(90.0)), math.radians(math.cos(math.radians(own)))
+            return {n: slope * v for n, v in upright.items() if n.startswith("gravity")}
+        here = _all_scaled(having(own))
+        for key, value in _all_scaled(having(2.0 * own or 1.0)).items():
             if value != here[key]:
                 linear = value - here[key]
                 found[key] = here[key] * math.log2(value / here[key]) / own if own else linear
@@ -815,10 +823,17 @@ def _scaled(q: Quantity, values: Mapping[str, Any], units: Units) -> float:
 
 def _all_scaled(values: Mapping[str, Any]) -> dict[str, float]:
     """The dimensionless parameters of a damper in SI units, and the sizes of its units."""
+    masses = values["masses"] or ()
     values = _referred(values)
     units = _units(values)
     sizes = {unit: units.size(unit) for unit in (LENGTH, SPEED)}
-    return {q.name: _scaled(q, values, units) for q, _ in _SCALED} | sizes
+    own = {
+        f"{q.name}_{k}": _scaled(q, values | dict(mass), units)
+        for k, mass in enumerate(masses)
+        for q, (name, *_) in _SCALED
+        if name in dict(mass)
+    }
+    return {q.name: _scaled(q, values, units) for q, _ in _SCALED} | own | sizes
 
 
 def _ratio(formula: Callable[..., float], given: Iterable[float]) -> float:

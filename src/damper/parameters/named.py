@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from damper.parameters.dampers import Parameters, SIParameters
 from damper.parameters.masses import OF_ANY_MASS, split, with_own
-from damper.parameters.quantities import INITIAL_NAMES, is_si, unknown_name
+from damper.parameters.quantities import INITIAL_NAMES, is_si, of_a_mass, unknown_name
 from damper.parameters.quantity import Quantity
 
 Names = tuple[str, ...]
@@ -21,26 +21,43 @@ Damper = TypeVar("Damper", bound=Parameters | SIParameters)
 def named_quantity(parameters: Parameters | SIParameters, name: str) -> Quantity:
     """What a number is that may vary without steps; TypeError with the nearest name for others."""
     varied = {q.name: q for q in parameters.quantities if not q.whole}
+    varied |= {
+        f"{of}_{k}": of_a_mass(varied[of], k)
+        for k in range(len(parameters.masses or ()))
+        for of in OF_ANY_MASS
+        if of in varied
+    }
     varied |= {q.name: q for q in parameters.forcing.quantities}
+    if name.rstrip("_0123456789") in INITIAL_NAMES:
+        raise TypeError(f"{name} is where a run starts, which is no parameter of a periodic motion")
     if name not in varied:
         raise unknown_name("parameter", name, varied)
     return varied[name]
 
 
 def value_of(parameters: Parameters | SIParameters, name: str) -> float:
-    """Value of a number of a damper."""
+    """Value of a number of a damper; a mass without one of its own has that of all."""
     own = parameters.forcing.numbers
-    return own[name] if name in own else float(getattr(parameters, name))
+    if name in own:
+        return own[name]
+    common, k = split(name) or (name, 0)
+    if common == name:
+        return float(getattr(parameters, name))
+    return float(dict(parameters.masses[k]).get(common, getattr(parameters, common)))
 
 
 def with_values(parameters: Damper, values: Mapping[str, float]) -> Damper:
     """The same damper with other values of some of its numbers."""
     forcing = parameters.forcing
-    own = forcing.numbers
-    changed: dict[str, Any] = {name: v for name, v in values.items() if name not in own}
-    if len(changed) < len(values):
-        of_force = {name: v for name, v in values.items() if name in own}
+    of_force = {name: v for name, v in values.items() if name in forcing.numbers}
+    of_masses = {name: v for name, v in values.items() if split(name)}
+    changed: dict[str, Any] = {
+        name: v for name, v in values.items() if name not in {*of_force, *of_masses}
+    }
+    if of_force:
         changed["forcing"] = forcing.having(of_force)
+    if of_masses:
+        changed["masses"] = with_own(parameters.masses, of_masses)
     return replace(parameters, **changed)
 
 

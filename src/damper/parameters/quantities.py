@@ -54,13 +54,13 @@ class OfQuantities(dict[str, T]):
         found = split(name)
         if found is None:
             raise KeyError(name)
-        return self._of(_of_a_mass(self._quantities[found[0]], found[1]))
+        return self._of(of_a_mass(self._quantities[found[0]], found[1]))
 
     def get(self, name: str, default: Any = None) -> Any:
         return self[name] if name in self else default  # noqa: SIM401 - it is that
 
 
-def _of_a_mass(quantity: Quantity, k: int) -> Quantity:
+def of_a_mass(quantity: Quantity, k: int) -> Quantity:
     """What a quantity is of one mass; without a value of its own it has that of all."""
     letter, _, index = quantity.symbol[1:-1].partition("_")
     index = f"{index},{k}" if index else f"{k}"

@@ -318,7 +318,8 @@ class NamedMapping:
                 message = f"'{name}' is of mass {of_one[1]} alone"
                 mistakes.add((here,), message, f"'{of_one[0]}' in its entry under masses")
                 continue
-            if self.names is not None and name not in self.names and not (self.masses and of_one):
+            known = of_one[0] if of_one and self.masses else name
+            if self.names is not None and known not in self.names:
                 mistakes.unknown((here,), self.what, name, self.names, data)
                 continue
             if not isinstance(name, str):
@@ -363,6 +364,7 @@ class NamedMapping:
             properties[name] = {"allOf": [quantity, one]} if "$ref" in one else quantity
         made |= {"properties": properties, "additionalProperties": False}
         if self.masses:
-            of_one = {f"^{name}_[0-9]+$": properties[name] for name in OF_ANY_MASS}
+            there = (name for name in OF_ANY_MASS if name in properties)
+            of_one = {f"^{name}_[0-9]+$": properties[name] for name in there}
             made |= {"patternProperties": of_one}
         return once(handler, f"{self.what}:{crc32(str(made).encode())}", made)

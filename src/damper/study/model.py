@@ -121,7 +121,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         NamedMapping("motion"),
         Field(
             description="Periodic motions to follow, stable or not: name -> from where, along "
-            "which axis. Of a dimensionless study with rigid walls."
+            "which axis. Of a dimensionless study without dry friction."
         ),
     ] = _NONE
     figures: Annotated[

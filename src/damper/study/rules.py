@@ -9,7 +9,7 @@ from typing import Any
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import EACH_DRAW
 from damper.parameters.masses import OF_ANY_MASS, split
-from damper.parameters.models import SMOOTH, unknown_model
+from damper.parameters.models import FRICTIONLESS, unknown_model
 from damper.parameters.quantities import INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.estimate import MOST_SLICES, refuse_excess
 from damper.study.messages import Mistakes
@@ -89,7 +89,7 @@ def _check_orbits(study: Study, mistakes: Mistakes) -> None:
     """Refuse to follow a motion along what is no axis, or out of it."""
     if not study.orbits:
         return
-    from damper.sweep.orbits.periodic import FOLLOWED, need_force
+    from damper.sweep.orbits.periodic import is_followed, need_force
 
     axes = study.axis_values
     drawn = [name for name in study.drawn if name not in INITIAL_NAMES]
@@ -105,7 +105,7 @@ def _check_orbits(study: Study, mistakes: Mistakes) -> None:
     for name, entry in study.orbits.items():
         if entry.along not in axes:
             mistakes.unknown(("orbits", name, "along"), "axis", entry.along, axes)
-        elif entry.along not in FOLLOWED or len(axes[entry.along]) < 2:
+        elif not is_followed(entry.along) or len(axes[entry.along]) < 2:
             message = f"a motion cannot be followed along {entry.along}"
             mistakes.add(("orbits", name, "along"), message, "an axis of several values")
         elif not min(axes[entry.along]) <= entry.start <= max(axes[entry.along]):
@@ -119,21 +119,27 @@ def _check_orbits(study: Study, mistakes: Mistakes) -> None:
 
 def _check_curves(study: Study, entry: FollowedOrbit, mistakes: Mistakes) -> None:
     """Refuse places that no axis has, and curves that do not begin in their range."""
-    from damper.sweep.orbits.periodic import FOLLOWED
+    from damper.sweep.orbits.periodic import FOLLOWED, is_followed
 
     axes = study.axis_values
+    given = {name: (value,) for name, value in study.fixed.items()} | axes
     others = {name: values for name, values in axes.items() if name != entry.along}
     for axis, value in entry.at.items():
         check_listed(("at", axis), axis, value, others, mistakes)
     for kind, ranges in entry.curves.items():
         for name, (low, high) in ranges.items():
             loc = ("curves", kind, name)
-            own = axes.get(name, (study.fixed.get(name, 0.0),))
+            common, k = split(name) or (name, -1)
+            # Of a mass without one of its own that of all.
+            own = given.get(name, given.get(common, (0.0,)))
             own = (entry.at[name],) if name in entry.at else own
-            if name == entry.along or name not in FOLLOWED:
+            if name == entry.along or not is_followed(name):
                 message = f"a point cannot be followed along {entry.along} and {name}"
                 allowed = join_names(each for each in FOLLOWED if each != entry.along)
                 mistakes.add(loc, message, allowed)
+            elif k >= len(study.masses):
+                message = f"'{name}' is of mass {k}, but masses lists {len(study.masses)}, from 0"
+                mistakes.add(loc, message, "a quantity of a mass that there is")
             elif not low <= min(own) <= max(own) <= high:
                 message = f"the motion has {name} from {min(own):g} to {max(own):g}"
                 allowed = "a range that holds these values; or give one value in at"
@@ -184,8 +190,8 @@ def _check_models(study: Study, contents: StudyContents, mistakes: Mistakes) -> 
         for key, (message, way) in made.refusals(study.model, most).items():
             place = ("observers", name, key) if key else ("observers", name)
             mistakes.add(place, message, way or "a study without it, or of one of these models")
-    for name in study.orbits if study.model not in SMOOTH else ():
-        message = unknown_model("an orbit of a study", study.model, SMOOTH)
+    for name in study.orbits if study.model not in FRICTIONLESS else ():
+        message = unknown_model("an orbit", study.model, FRICTIONLESS)
         mistakes.add(("orbits", name), message, "a study of one of these models")
 
 

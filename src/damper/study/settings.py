@@ -356,7 +356,9 @@ class Starts(Strict):
 
 Curves = Annotated[
     dict[str, Pair[float]],
-    NamedMapping("parameter", PARAMETER_NAMES, to="its range: [low, high]", dropped=True),
+    NamedMapping(
+        "parameter", PARAMETER_NAMES, to="its range: [low, high]", dropped=True, masses=True
+    ),
 ]
 
 

@@ -85,7 +85,9 @@ class Table:
 
 def _lines(cells: pd.DataFrame) -> str:
     rows = [cells.columns, *cells.itertuples(index=False, name=None)]
-    lines = [f"| {' | '.join(map(str, row))} |" for row in rows]
+    # A bar in a cell, as between the words of several masses, ends none.
+    texts = ([str(cell).replace("|", "\\|") for cell in row] for row in rows)
+    lines = [f"| {' | '.join(row)} |" for row in texts]
     return "\n".join([lines[0], "|" + "---|" * len(cells.columns), *lines[1:]])
 
 

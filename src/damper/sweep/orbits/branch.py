@@ -5,13 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from damper.parameters import Parameters, SIParameters
+from damper.models.sensitivity import neighbours
+from damper.parameters import SIParameters
 from damper.parameters.lazy import xr
-from damper.parameters.named import named_quantity, value_of, with_values
+from damper.parameters.named import named_quantity, rates_of, value_of, with_values
 from damper.parameters.quantity import real, whole
 from damper.parameters.units import LENGTH, SI_UNITS, SPEED, attributes_of
 from damper.sweep.orbits.equation import OrbitEquation, OrbitPoint
-from damper.sweep.orbits.periodic import PeriodicOrbit, check, need_force
+from damper.sweep.orbits.periodic import PeriodicOrbit, check, need_force, need_in_step
 from damper.sweep.orbits.walk import Walk
 
 
@@ -184,7 +185,7 @@ def _through(orbit: PeriodicOrbit, name: str, start: float, stop: float) -> Orbi
     """Return the orbit as a point of its branch."""
     p, state = orbit.parameters, orbit.scaled.start
     check(p, orbit.period)
-    low, high = need_range(p, name, start, stop)
+    low, high = need_range(orbit, name, start, stop)
     own = value_of(p, name)
     equation = OrbitEquation(
         p, (name,), np.array([low]), np.array([high - low]), orbit.period, state, np.zeros(1)
@@ -210,18 +211,18 @@ def need_step(step: float) -> float:
     return step
 
 
-def need_range(
-    p: Parameters | SIParameters, name: str, start: float, stop: float
-) -> tuple[float, float]:
-    """Least and greatest value of a range of a parameter, its own value between them.
+def need_range(orbit: PeriodicOrbit, name: str, start: float, stop: float) -> tuple[float, float]:
+    """Least and greatest value of a range of an orbit's parameter, its own value between them.
 
     Raises
     ------
     TypeError
         For an unknown parameter.
     ValueError
-        For a range without its own value, or out of the range of what the parameter may be.
+        For a range without its own value, or out of the range of what the parameter may be; where
+        the parameter parts masses that move in step.
     """
+    p = orbit.parameters
     quantity = named_quantity(p, name)
     low, high = sorted((quantity.check(start), quantity.check(stop)))
     own = value_of(p, name)
@@ -231,4 +232,6 @@ def need_range(
         )
     for end in (low, high):
         need_force(with_values(p, {name: end}), f"{name} from {start!r} to {stop!r}")
+    rates = {key: rate for key, rate in rates_of(p, name).items() if key not in SI_UNITS}
+    need_in_step(orbit, neighbours(p.dimensionless, rates), name)
     return low, high

@@ -193,6 +193,12 @@ class PeriodMap:
         return self.rows[self.rows[:, CAUSE] >= IMPACT]
 
     @cached_property
+    def event_times(self) -> np.ndarray:
+        """When they happen, since the first moment."""
+        began = np.cumsum(self.rows[:, DURATION]) - self.rows[:, DURATION]
+        return began[self.rows[:, CAUSE] >= IMPACT]
+
+    @cached_property
     def bursts(self) -> tuple[WallImpacts, ...]:
         """Its runs of impacts on one wall."""
         rows = self.events

@@ -13,6 +13,7 @@ from damper.models.sensitivity import Stencil, neighbours
 from damper.models.tangent import parted_in
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import FORCINGS
+from damper.parameters.masses import split
 from damper.parameters.models import FRICTIONLESS, need_model
 from damper.parameters.named import named_quantity, rates_of
 from damper.parameters.quantity import whole
@@ -40,8 +41,13 @@ def followed(kind: type[Parameters | SIParameters]) -> tuple[str, ...]:
     return tuple(q.name for q in kind.quantities if not q.whole and q.model != "sliding")
 
 
-#: Those of a study.
+#: Those of a study, of all masses.
 FOLLOWED = followed(Parameters)
+
+
+def is_followed(name: str) -> bool:
+    """Whether motions of a study can be followed along a quantity, of all masses or of one."""
+    return (split(name) or (name,))[0] in FOLLOWED
 
 
 def periodic_orbit(
@@ -273,6 +279,7 @@ class PeriodicOrbit:
         scaled = self.scaled
         p = scaled.parameters.dimensionless
         stencil = neighbours(p, rates)
+        need_in_step(self, stencil, parameter)
         arc = run_arc(p, scaled.start, 0.0, float(self.period))
         matrix = arc.fixed_point_matrix
         if np.linalg.cond(matrix) > _SINGULAR:
@@ -354,6 +361,21 @@ def check(parameters: Parameters | SIParameters, period: int) -> None:
     order = p.modulation_order if p.model == "time_varying" else 1
     if period % order:
         raise ValueError(f"period = {period}: must be a multiple of modulation_order = {order}")
+
+
+def need_in_step(orbit: PeriodicOrbit, stencil: Stencil, name: str) -> None:
+    """Raise ValueError where a parameter parts masses that move in step."""
+    p = orbit.parameters.dimensionless
+    moves = leaders(p, orbit.scaled.start)[2::2] // 2 - 1
+    if p.model != "several" or (moves == np.arange(len(moves))).all():
+        return
+    # All but their mass, by which masses in step may differ.
+    changes = stencil.models[1].masses[:, 1:] - stencil.models[0].masses[:, 1:]
+    for k in np.flatnonzero((changes != changes[moves]).any(axis=1)):
+        raise ValueError(
+            f"{name} parts the masses {moves[k]} and {k}, which move in step: what parts masses "
+            "that hit together has no derivative; take a motion on which they are apart"
+        )
 
 
 def need_force(parameters: Parameters | SIParameters, what: str) -> None:

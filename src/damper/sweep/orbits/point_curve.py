@@ -85,7 +85,7 @@ def continue_point(
     for name in names:
         if not isinstance(ranges[name], Sequence | np.ndarray) or len(ranges[name]) != 2:
             raise TypeError(f"ranges: {name} = {ranges[name]!r}: must be (low, high)")
-    ends = [need_range(point.orbit.parameters, name, *ranges[name]) for name in names]
+    ends = [need_range(point.orbit, name, *ranges[name]) for name in names]
     plane = _Plane(tuple(names), np.array([e[0] for e in ends]), np.array([e[1] for e in ends]))
     first = plane.on(point.found)
     down = _CurveWalk(plane, point.kind, first, -1.0, step, most)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from damper.engine.segment import CAUSE, COLUMNS, IMPACT
 from damper.sweep.orbits import KINDS, corners
 from damper.sweep.orbits.equation import MARGIN, OrbitPoint
 from damper.sweep.orbits.special import grazing, last_complete, root
@@ -15,6 +16,8 @@ _LEAST = 1e-9
 _GROWTH = 1e6
 #: Step that is too small to part several changes of the events.
 _CLOSE = 1e-4
+#: Time between impacts of two masses that are as good as together.
+_TOGETHER = 1e-6
 #: Places of one orbit, found twice.
 _SAME = 1e-7
 #: How far beyond a border of complete chatter its other side must be seen.
@@ -84,8 +87,9 @@ class Walk:
         last, slowest = self.points[-1], self.points[-1].found.slowest
         if last.repeats and abs(last.defect).max() < _NEARLY < abs(self.points[0].defect).max():
             return f"{_meets(last)}, where an impact grazes"
-        grazes = f", where the slowest impact has {slowest:.3g}" if slowest < np.inf else ""
-        return f"no orbit found beyond {last.name} = {last.value!r}{grazes}"
+        where = f", where the slowest impact has {slowest:.3g}" if slowest < np.inf else ""
+        where = _hit_together(last) or where
+        return f"no orbit found beyond {last.name} = {last.value!r}{where}"
 
     def _returns(self) -> bool:
         """Whether the first point lies between the last two."""
@@ -182,6 +186,21 @@ class Walk:
         symmetric = a.repeats and b.repeats and np.linalg.norm(a.defect) < _SYMMETRIC
         named = {"branch point": "symmetry breaking"} if symmetric and a.equation.period % 2 else {}
         return [(named.get(kind, kind), point) for kind, point in points]
+
+
+def _hit_together(point: OrbitPoint) -> str:
+    """Name two masses whose impacts exchange their order at a point, where the motion jumps."""
+    found = point.found
+    hits = found.events[:, CAUSE] == IMPACT
+    times, bodies = found.event_times[hits], found.events[hits, COLUMNS:].astype(int)
+    if not bodies.size:
+        return ""
+    first, second = bodies[:-1, 0], bodies[1:, 0]
+    moves = point.equation.leaders
+    near = (np.diff(times) < _TOGETHER) & (moves[2 + 2 * first] != moves[2 + 2 * second])
+    for k in np.flatnonzero(near):
+        return f", where the masses {first[k]} and {second[k]} hit at one instant"
+    return ""
 
 
 def _same(a: OrbitPoint, b: OrbitPoint) -> bool:
