@@ -53,7 +53,9 @@ T = TypeVar("T")
 class Strict(BaseModel):
     """A mapping of settings: unknown, missing and misspelt keys are reported in plain words."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True
+    )
     shorthand: ClassVar[str] = ""
     """The setting that may be written alone, in place of the mapping."""
 
