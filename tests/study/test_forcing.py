@@ -327,7 +327,7 @@ def test_examples_of_the_documentation(tmp_path: Path) -> None:
 def test_page_and_cube_say_what_drives(tmp_path: Path) -> None:
     said = "{kind: record, file: quake.csv, of: base_acceleration, stated: El Centro}"
     study = load(tmp_path, said)
-    assert study.values["forcing"].startswith("record, samples 4, of base acceleration")
+    assert study.values["forcing"].startswith("record of base acceleration, 4 samples")
     assert study.origins["forcing"] == "stated: El Centro"
     cube = run(study)
     assert json.loads(cube.attrs["forcing"])["file"] == "quake.csv"

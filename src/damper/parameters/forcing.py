@@ -657,7 +657,10 @@ def force_text(settings: Mapping[str, Any]) -> str:
             values = value if isinstance(value, list | tuple) else [value]
             shown = (f"{v:g}" if isinstance(v, float | int) else str(v) for v in values)
             text = (" to " if name == "band" else " and ").join(shown)
-            words.append(f"{name} {text if name == 'file' else text.replace('_', ' ')}")
+            if name == "of":
+                words[0] += f" of {text.replace('_', ' ')}"
+            else:
+                words.append(f"{text} samples" if name == "samples" else f"{name} {text}")
     return ", ".join(words)
 
 

@@ -19,7 +19,7 @@ from damper.parameters.quantities import quantities_in, unknown_name
 from damper.parameters.units import units_of
 
 #: Letters that fit in an inch of heading, of label, and of legend.
-_HEADING, _LABEL, _LEGEND = 16.0, 19.0, 21.0
+_HEADING, _LABEL, _LEGEND = 15.0, 19.0, 21.0
 
 
 def select(
