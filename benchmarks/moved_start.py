@@ -31,9 +31,8 @@ def main() -> None:
     near, periodic = apart <= SMALL, period > 0
     print(f"{near.size} points, {(apart != 0).sum()} of them with samples that differ by a bit")
     for name, which in (("periodic", periodic), ("irregular", ~periodic)):
-        print(
-            f"{which.sum()} {name}: {100 * near[which].mean():.1f} % keep all samples within {SMALL:g};"
-        )
+        part = 100 * near[which].mean()
+        print(f"{which.sum()} {name}: {part:.1f} % keep all samples within {SMALL:g};")
         print(f"  the class of chatter differs at {other[which].sum()}")
 
 
