@@ -62,6 +62,20 @@ def test_impact_oscillator(oscillator: Branch) -> None:
             assert orbit.multipliers.sum() == pytest.approx(trace, rel=1e-7)
 
 
+def test_a_branch_may_end_where_the_motion_changes(oscillator: Branch) -> None:
+    """Down to the period doubling; up through the grazing, no change of kind, to the end."""
+    (asked,) = points(oscillator, "period doubling")
+    orbit = next(
+        o for o in oscillator.orbits if o.impacts and o.parameters.clearance > asked.value + 0.05
+    )
+    ends = -0.5 - REST, 0.2 - REST
+    branch = continue_orbit(orbit, "clearance", *ends, until_change=True)
+    assert [point.kind for point in branch.special_points] == ["period doubling", "grazing"]
+    assert branch.special_points[0].value == pytest.approx(asked.value, abs=1e-10)
+    assert branch.ends[0].startswith("changes its kind at the period doubling clearance = ")
+    assert branch.ends[1] == oscillator.ends[1]
+
+
 def unstable(part: float) -> damper.PeriodicOrbit:
     """The impact oscillator's motion of a part of the impact speed that it has at the fold."""
     return one_impact(part * OSCILLATOR.fold_speed)

@@ -13,7 +13,7 @@ import numpy as np
 
 from damper.parameters.lazy import pd, xr
 from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
-from damper.sizing.search import Search
+from damper.sizing.search import DIGITS, Search
 from damper.sizing.study import CHANGED, PART, Judge, Sizes, rounded
 
 #: More than without the damper, by more than transients leave.
@@ -21,12 +21,12 @@ _MORE = 1.01
 #: Units as an engineer writes them: of a number in SI units below a size.
 _SMALL = {"m": (1.0, 1e3, "mm"), "kg": (0.1, 1e3, "g")}
 #: Steps along the gap when a periodic motion is followed, and motions at most.
-_FOLLOW: Mapping[str, Any] = {"step": 0.05, "max_orbits": 120}
+_FOLLOW: Mapping[str, Any] = {"step": 0.05, "max_orbits": 120, "until_change": True}
 _GAPS = (0.4, 2.5)
 
 
-def _number(words: str, unit: str = "1") -> Any:
-    return field(default=math.nan, metadata={"words": words, "unit": unit})
+def _number(words: str, unit: str = "1", digits: int = 3) -> Any:
+    return field(default=math.nan, metadata={"words": words, "unit": unit, "digits": digits})
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -40,9 +40,9 @@ class Design:
     machine: Machine
     quick: bool
     """Whether it is by the closed laws alone."""
-    free_mass: float = _number("free mass", "kg")
+    free_mass: float = _number("free mass", "kg", DIGITS)
     mass_ratio: float = _number("over the machine's mass")
-    gap: float = _number("gap, the whole travel", "m")
+    gap: float = _number("gap, the whole travel", "m", DIGITS)
     restitution: float = _number("coefficient of restitution")
     without: float = _number("without damper", "*")
     worst: float = _number("worst case", "*")
@@ -87,7 +87,8 @@ class Design:
         for one in fields(self):
             value = getattr(self, one.name)
             if one.name in units and not math.isnan(value):
-                made.append((one.name, one.metadata["words"], text_of(value, units[one.name])))
+                text = text_of(value, units[one.name], one.metadata["digits"])
+                made.append((one.name, one.metadata["words"], text))
         if material := self.machine.material(self.restitution):
             names = [line[0] for line in made]
             name, words, value = made[place := names.index("restitution")]
@@ -114,7 +115,7 @@ class Design:
         write(self, Path(folder))
 
 
-def text_of(value: float, unit: str) -> str:
+def text_of(value: float, unit: str, digits: int = 3) -> str:
     """A number with a unit that suits it.
 
     Examples
@@ -125,8 +126,8 @@ def text_of(value: float, unit: str) -> str:
     below, size, small = _SMALL.get(unit, (0.0, 1.0, unit))
     if abs(value) < below:
         value, unit = size * value, small
-    digits = ".3g" if abs(value) < 1e3 else ".0f"
-    return f"{value:{digits}}" + ("" if unit == "1" else f" {unit}")
+    form = f".{digits}g" if abs(value) < 1e3 else ".0f"
+    return f"{value:{form}}" + ("" if unit == "1" else f" {unit}")
 
 
 def design(
@@ -527,7 +528,8 @@ def _checked(found: Design) -> Design:
     if value <= most and not math.isinf(value):
         return found
     unit, words = m.measured[1:]
-    best = f"the best one, {text_of(found.free_mass, 'kg')} with a gap of {text_of(found.gap, 'm')}"
+    sizes = {name: text for name, _, text in found.lines}
+    best = f"the best one, {sizes['free_mass']} with a gap of {sizes['gap']}"
     asked = f"limit = {most:g} {unit}" if most < math.inf else "no end of the decay"
     feasible = f"limit >= {text_of(value, unit)}" if value < math.inf else "a larger decay_to"
     needed = _mass_for(m, most)

@@ -16,6 +16,7 @@ from damper.figures.common.style import BLACK, COLUMN, PAGE, VERMILION, save, st
 from damper.parameters.lazy import Figure
 from damper.sizing.answer import Design, text_of
 from damper.sizing.machine import RECORDS, Machine
+from damper.sizing.search import DIGITS
 from damper.study.yaml_file import dump_yaml
 from damper.tables import Table
 
@@ -159,9 +160,9 @@ def sketch(design: Design) -> Figure:
             "$x$",
             "$y$",
         )
-        ax.text(3.75, 2.8, text_of(design.free_mass, "kg"), va="center", fontsize=9.0)
+        ax.text(3.75, 2.8, text_of(design.free_mass, "kg", DIGITS), va="center", fontsize=9.0)
         for first, last in ((3.6, 5.2), (6.2, 7.8)):
-            schematic.dimension(ax, first, last, 1.6, text_of(0.5 * design.gap, "m"))
+            schematic.dimension(ax, first, last, 1.6, text_of(0.5 * design.gap, "m", DIGITS))
         figure.set_size_inches(1.3 * COLUMN, 0.65 * COLUMN)
     return figure
 

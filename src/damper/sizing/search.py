@@ -13,20 +13,37 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
 from damper.sizing.study import Chain, Judge, Sizes, rounded
 from damper.sweep.runs import run_points
 
-#: Gaps of the first grid: parts of that of the closed laws, and their ratio.
-_GAPS, _RATIO = (0.08, 5.0), 1.1
-#: Masses of the first grid, parts of the largest one.
-_MASSES = (1.0, 0.85, 0.7, 0.5, 0.3)
-#: Finer grids: ratios of gaps, steps either way, steps of a range of restitutions in its length.
-_FINER = ((1.025, 4, 12.0), (1.006, 4, 48.0))
+#: Gaps of the first grid: parts of that of the closed laws.
+_GAPS = (0.08, 5.0)
+#: Digits of masses and gaps: the best damper may stand next to where its motion ends.
+DIGITS = 4
+
+
+class _Grid(NamedTuple):
+    """How close the dampers of the first grid and of the finer ones are."""
+
+    ratio: float
+    """Of its gaps, for one restitution; of several as many dampers over all."""
+    masses: tuple[float, ...]
+    """Parts of the largest one."""
+    finer: tuple[float, ...]
+    """Ratios of gaps, `_STEPS` of them either way."""
+
+
+_SMOOTH = _Grid(1.1, (1.0, 0.85, 0.7, 0.5, 0.3), (1.025, 1.006))
+#: Over a band motions are born and die at one frequency after another: the worst case jumps.
+_BAND = _Grid(1.0125, (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3), (1.006, 1.0015))
+#: Finer grids: steps either way, and those of a range of restitutions in its length.
+_STEPS, _PARTS = 4, (12.0, 48.0)
 #: Dampers about which the grid is made finer: at most, and with bounds over the best worst case.
-_PROMISING, _NEAR = 5, 1.1
+_PROMISING, _NEAR = 8, 1.1
 #: Dampers that get more runs at a time, so that there is work for all cores, and cases of each.
 _AT_ONCE, _CASES = 6, 8
 
@@ -48,25 +65,30 @@ class Search:
         m = self.judge.machine
         return len(self.judge.chains(Sizes(m.largest_mass, m.largest_gap, m.restitutions[0])))
 
+    @property
+    def _grid(self) -> _Grid:
+        return _SMOOTH if self.judge.machine.is_free or self.judge.machine.is_recorded else _BAND
+
     def best(self) -> Sizes:
-        """The best damper, in numbers of three digits."""
+        """The best damper, in numbers of four digits."""
         found = self.best_of(self.first_grid())
-        for ratio, steps, parts in _FINER:
+        for ratio, parts in zip(self._grid.finer, _PARTS, strict=True):
             order = sorted(self.bounds, key=self.bounds.__getitem__)
             near = [d for d in order if self.bounds[d] <= _NEAR * self.bounds[found]][:_PROMISING]
-            about = [d for one in near for d in self._about(one, ratio, steps, parts)]
+            about = [d for one in near for d in self._about(one, ratio, parts)]
             found = self.best_of(list(dict.fromkeys([found, *about])))
         return found
 
     def first_grid(self) -> list[Sizes]:
         """Gaps by masses and restitutions, within the room there is."""
         m, made = self.judge.machine, []
-        for part, restitution in product(_MASSES, m.restitutions):
-            mass = rounded(part * m.largest_mass)
+        step = math.log(self._grid.ratio) * (len(m.restitutions) if self._grid is _BAND else 1)
+        for part, restitution in product(self._grid.masses, m.restitutions):
+            mass = self._mass(part * m.largest_mass)
             law = self.judge.law_gap(mass, restitution) * self.judge.distance
             high = min(_GAPS[1] * law, m.largest_gap)
             low = min(max(_GAPS[0] * min(law, high), m.gap_tolerance), high)
-            count = math.ceil(math.log(high / low) / math.log(_RATIO)) + 1
+            count = math.ceil(math.log(high / low) / step) + 1
             made += self._dampers([mass], np.geomspace(low, high, count).tolist(), [restitution])
         return made
 
@@ -86,23 +108,26 @@ class Search:
         self.best_of([damper])
         return self.bounds[damper]
 
-    def _about(self, damper: Sizes, ratio: float, steps: int, parts: float) -> list[Sizes]:
+    def _about(self, damper: Sizes, ratio: float, parts: float) -> list[Sizes]:
         m = self.judge.machine
-        masses = [min(damper.mass * ratio**k, m.largest_mass) for k in (0, -steps, steps)]
-        gaps = [damper.gap * ratio**k for k in range(-steps, steps + 1)]
+        masses = [self._mass(damper.mass * ratio**k) for k in (0, -_STEPS, _STEPS)]
+        gaps = [damper.gap * ratio**k for k in range(-_STEPS, _STEPS + 1)]
         restitutions = [damper.restitution]
         if m.restitution_range is not None:
             low, high = m.restitution_range
             others = (damper.restitution + k * (high - low) / parts for k in (-1, 1))
             restitutions += [rounded(min(max(other, low), high)) for other in others]
-        return self._dampers(map(rounded, masses), gaps, restitutions)
+        return self._dampers(masses, gaps, restitutions)
+
+    def _mass(self, mass: float) -> float:
+        return min(rounded(mass, DIGITS), self.judge.machine.largest_mass)
 
     def _dampers(
         self, masses: Iterable[float], gaps: Iterable[float], restitutions: Iterable[float]
     ) -> list[Sizes]:
         """Dampers with gaps as one would order them, within the room there is."""
         m = self.judge.machine
-        kept = [min(rounded(gap), m.largest_gap) for gap in gaps if gap >= m.gap_tolerance]
+        kept = [min(rounded(gap, DIGITS), m.largest_gap) for gap in gaps if gap >= m.gap_tolerance]
         return list(dict.fromkeys(map(Sizes._make, product(masses, kept, restitutions))))
 
     def _advance(self, dampers: Sequence[Sizes]) -> None:

@@ -139,11 +139,13 @@ class Judge:
 
     @property
     def band(self) -> list[float]:
-        """Frequencies in the band, in Hz."""
+        """Frequencies in the band, in Hz: evenly, and that of the machine."""
         low, high = self.machine.band or (1.0, 1.0)
         wide = self.machine.damping_ratio + 0.1 * self.machine.largest_mass / self.machine.mass
         count = math.ceil((high - low) / (0.15 * (low + high) * max(wide, 1e-3)))
-        return _digits(np.linspace(low, high, max(_LEAST, min(count, _MOST)) | 1))
+        even = _digits(np.linspace(low, high, max(_LEAST, min(count, _MOST)) | 1))
+        own = rounded(self.machine.rate / math.tau, 8)
+        return sorted({*even, own}) if low < own < high else even
 
     @property
     def beyond(self) -> list[float]:

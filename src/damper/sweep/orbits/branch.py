@@ -24,6 +24,7 @@ def continue_orbit(
     *,
     step: float = 0.02,
     max_orbits: int = 2000,
+    until_change: bool = False,
 ) -> "Branch":
     """Follow a periodic motion along a parameter, both ways, also where it is unstable.
 
@@ -41,6 +42,9 @@ def continue_orbit(
         Largest step along the branch: 1 is the whole range, or a change of the state by its size.
     max_orbits : int, default 2000
         Orbits after which to stop, either way.
+    until_change : bool, default False
+        Whether to stop, either way, where the motion changes its kind: at the first special point
+        that is no grazing.
 
     Returns
     -------
@@ -68,8 +72,10 @@ def continue_orbit(
         raise TypeError(f"orbit = {orbit!r}: must be a damper.PeriodicOrbit")
     most, step = whole("max_orbits", max_orbits, 1), need_step(step)
     first = _through(orbit, parameter, start, stop)
-    down = Walk(first.turned(-1.0), step, most)
-    up = Walk(first.turned(1.0), step, most, down.special) if not down.closed else down
+    down = Walk(first.turned(-1.0), step, most, until_change=until_change)
+    up = (
+        Walk(first.turned(1.0), step, most, down.special, until_change) if not down.closed else down
+    )
     points = [*down.points[:0:-1], *up.points] if up is not down else down.points
     special = [*down.special[::-1], *up.special] if up is not down else down.special
     return Branch(

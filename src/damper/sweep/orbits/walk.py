@@ -37,8 +37,9 @@ class Walk:
         step: float,
         most: int,
         known: Sequence[tuple[str, OrbitPoint]] = (),
+        until_change: bool = False,
     ) -> None:
-        self.points, self.known = [first], known
+        self.points, self.known, self._until_change = [first], known, until_change
         self.special: list[tuple[str, OrbitPoint]] = []
         self.closed = False
         self.end = ""
@@ -65,6 +66,9 @@ class Walk:
         name, at = point.name, point.at[-1]
         if (at <= 0.0 and point.tangent[-1] < 0.0) or (at >= 1.0 and point.tangent[-1] > 0.0):
             self.end = f"{name} = {point.value!r} is the end of the range"
+        elif self._until_change and (changes := [s for s in self.special if s[0] != "grazing"]):
+            kind, changed = changes[0]
+            self.end = f"changes its kind at the {kind} {name} = {changed.value!r}"
         elif len(self.points) > 10 and self._returns():
             self.closed, self.end = True, f"closed at {name} = {point.value!r}"
         elif self._grows():
