@@ -34,6 +34,7 @@ from damper.models.several.bodies import prepare as prepare
 from damper.models.several.contacts import hit, settle
 from damper.models.several.log import segment_of_all, told
 from damper.models.several.motion import all_after
+from damper.models.several.pinch import close_pinch, is_pinched, turns_of
 from damper.models.several.tails import close, next_event
 from damper.models.walls import slack
 
@@ -63,6 +64,11 @@ def _mass_ratio_at(model, periods, time):
 
 @declared.speeds_in_tail.of(Several)
 def _speeds_in_tail(model, segment):
+    bodies, k = segment.bodies, int(segment.body)
+    for j in range(len(bodies)):
+        if bodies[j, MODE] == TAIL and bodies[j, RATE] < 0.0:
+            turns = turns_of(model, bodies, k, j)
+            return -turns.next * float(bodies[j, RATE]), turns.speeds
     return segment.gap_rate, restitution_of(model, int(segment.body), segment.side)
 
 
@@ -82,16 +88,20 @@ def _following(model, segment, start):
 
 @compiled
 def _complete(model, s, start, tau):
-    """The end of a tail: all that it holds stick."""
+    """The end of a tail: all that it holds stick, but for what a pinch does not leave pressed."""
     arriving = np.zeros(len(s.bodies))
     periods, time, x, v, bodies = all_after(model, s, start, tau, arriving)
+    new = segment_of_all(periods, time, x, v, bodies)
+    pinched = is_pinched(bodies)
     for k in range(len(bodies)):
         b = bodies[k]
         if b[MODE] == TAIL:
-            b[MODE], b[CAUSE] = STICKING, STICK
+            b[MODE], b[CAUSE] = STICKING, NOTHING if pinched else STICK
             b[GAP], b[RATE], b[FIRST], b[COMPLETION] = 0.0, 0.0, 0.0, 0.0
-    new = segment_of_all(periods, time, x, v, bodies)
     settle(model, new, TAIL)
+    for k in range(len(bodies)):
+        if s.bodies[k, MODE] == TAIL and bodies[k, MODE] == STICKING:
+            bodies[k, CAUSE] = STICK
     new = told(new, v, 0.0)
     return Step(tau, True, False, 1, new, begin(model, new))
 
@@ -123,6 +133,7 @@ def _fly(model, s, start):
         settle(model, segment_of_all(periods, time, x, v, bodies), TAIL)
     if hits:
         v = close(model, segment_of_all(periods, time, x, v, bodies))
+        close_pinch(model, bodies)
     new = told(segment_of_all(periods, time, x, v, bodies), v_before, loss)
     happened = new.cause != NOTHING
     return Step(last, happened, gave_up, steps, new, begin(model, new))

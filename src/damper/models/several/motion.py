@@ -29,6 +29,7 @@ from damper.models.several.bodies import (
     segment_of,
     view_of,
 )
+from damper.models.several.pinch import is_pinched
 
 #: Roundoffs of a gap within which an approaching mass is at the wall together with another.
 _TOGETHER = 4.0
@@ -89,9 +90,15 @@ def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, flo
     start = begin(model, s)
     _, _, x, v, bodies = all_after(model, s, start, tau, np.zeros(len(s.bodies)))
     carried, change = 0.0, 0.0
+    pinched = is_pinched(bodies)
     for k in range(len(bodies)):
         b = bodies[k]
-        if b[MODE] == TAIL and b[RATE] > 0.0:
+        if b[MODE] == TAIL and pinched:
+            # All that it is about fades away in no time.
+            left = max(1.0 - tau / float(b[COMPLETION]), 0.0)
+            b[GAP], b[RATE] = b[GAP] * left, b[RATE] * left
+            change += float(b[SIDE] * model.masses[k, RATIO] * b[RATE]) / (1.0 + start.joined)
+        elif b[MODE] == TAIL and b[RATE] > 0.0:
             # The centre follows the sticking flow; the bounces go on about it.
             side = float(b[SIDE])
             r = restitution_of(model, k, side)

@@ -12,6 +12,7 @@ from damper.engine.segment import TAIL
 from damper.models import response as declared
 from damper.models.several import bodies as several
 from damper.models.several.motion import bodies_in, state_in
+from damper.models.several.pinch import is_pinched, lost_in_pinch
 
 
 @declared.impact_loss.of(several.Several)
@@ -42,6 +43,8 @@ def _stored_energy(model, segment, tau):
 def _bouncing(model, segment):
     """Mass ratio of all that bounce in a tail, their wall, and the number of one of them."""
     ratio, side, number = 0.0, 0.0, 0
+    if is_pinched(segment.bodies):
+        return ratio, side, number
     for k in range(len(segment.bodies)):
         b = segment.bodies[k]
         if b[several.MODE] == TAIL and b[several.RATE] > 0.0:
@@ -71,8 +74,13 @@ def _integrate_segment(model, tables, segment, low, high, peak):
             seg = several.segment_of(s, start, k)
             view = several.view_of(model, start, k, own, seg.side)
             work += declared.work_in_flight(view.mass, view, seg, low, high)
+    lost = 0.0
+    if is_pinched(s.bodies):
+        for tau in (low, high):
+            _, _, bodies = bodies_in(model, s, tau)
+            lost = lost_in_pinch(model, start, bodies) - lost
     found = declared.ResponseIntegrals(
-        found.square, found.speed_square, work, 0.0, 0.0, 0.0, found.peak
+        found.square, found.speed_square, work, -lost, 0.0, 0.0, found.peak
     )
     if ratio == 0.0:
         return found

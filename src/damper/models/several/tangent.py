@@ -40,7 +40,9 @@ from damper.models.several.bodies import (
     primary_with,
     restitution_of,
 )
-from damper.models.several.contacts import balance, balanced
+from damper.models.several.contacts import balance, balanced, settle
+from damper.models.several.log import segment_of_all
+from damper.models.several.pinch import is_pinched, times_over_gaps, turns_of
 
 #: Part of a deviation, and of what it moves an impact by, that is roundoff.
 _TOGETHER = 1e-9
@@ -87,6 +89,8 @@ def _parted_in(model, log):
 @tangent.over_time.of(Several)
 def _over_time(model, s, low, high, deviations):
     tau = high - low
+    if is_pinched(s.bodies):
+        return  # it takes no time
     primary = flow_of(begin(model, s).osc, tau)
     for c in range(deviations.shape[1]):
         x, v = deviations[0, c], deviations[1, c]
@@ -111,7 +115,10 @@ def _enter(model, s, deviations, happened):
         strike(model, s, deviations)
     elif happened:
         return
-    join(model, s, deviations)
+    if is_pinched(s.bodies):
+        join_pinched(model, s, deviations)
+    else:
+        join(model, s, deviations)
 
 
 @compiled
@@ -141,6 +148,31 @@ def join(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
                 if is_joined(s.bodies[k, MODE]):
                     deviations[2 + 2 * k, c] = deviations[0, c]
                     deviations[3 + 2 * k, c] = deviations[1, c]
+
+
+@compiled
+def join_pinched(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
+    """Let deviated masses that pinch the primary follow their centre, until some part from it."""
+    bodies, j = s.bodies.copy(), 0
+    for k in range(len(bodies)):
+        if bodies[k, MODE] == TAIL:
+            j = k if bodies[k, RATE] < 0.0 else j
+            bodies[k, MODE], bodies[k, GAP], bodies[k, RATE] = STICKING, 0.0, 0.0
+    together = begin(model, s).primary
+    settle(model, segment_of_all(s.periods, s.time, s.x, together.v, bodies), TAIL)
+    after = begin(model, segment_of_all(s.periods, s.time, s.x, together.v, bodies)).primary
+    i = int(s.body)
+    coming, leaving = times_over_gaps(s.bodies, i, j, turns_of(model, s.bodies, i, j))
+    # By how much later the deviated masses are at rest.
+    late = coming * s.bodies[j, SIDE] * (deviations[0] - deviations[2 + 2 * j])
+    late += leaving * s.bodies[i, SIDE] * (deviations[0] - deviations[2 + 2 * i])
+    join(model, s, deviations)
+    deviations[1] += (together.a - after.a) * late
+    for k in range(len(bodies)):
+        if s.bodies[k, MODE] == TAIL:
+            own = acceleration_of(mass_of(model, k), 0.0, 0.0, after.phase)
+            own = after.a if is_joined(bodies[k, MODE]) else own
+            deviations[3 + 2 * k] += (together.a - own) * late
 
 
 @compiled

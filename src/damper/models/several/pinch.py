@@ -1,0 +1,134 @@
+"""Two masses that pinch the primary: inelastic collapse, of infinitely many impacts in no time.
+
+Each impact of one sends its wall against the other, at the opposite wall. With a and b the masses
+that hit in turns, x their approach speeds one after the other and C = mu (1 + r)/(1 + mu),
+
+    x2 = C_a x1 - r_b x0,    x3 = C_b x2 - r_a x1,    ...
+
+so the ratios y1 = x2/x1, ... go by a Möbius map. Where C_a C_b >= (sqrt(r_a) + sqrt(r_b))^2 it has
+two fixed points, and from beyond the lower one all ratios stay positive: the impacts never end. A
+turn of both then takes (C_a - y) r_b / (y L) of the time of the one before, L = C_b y - r_a the
+ratio of speeds, and y = y1 or the upper one, whichever is less. What is left is a tail: all speeds
+vanish where all time is over. docs/models.md.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from damper.engine.compiled import compiled
+from damper.engine.segment import FLIGHT, IMPACT, TAIL
+from damper.models.several.bodies import (
+    CAUSE,
+    CLEARANCE,
+    COMPLETION,
+    GAP,
+    MODE,
+    RATE,
+    RATIO,
+    SIDE,
+    Several,
+    Start,
+    restitution_of,
+)
+
+#: Part of the tolerance that may be left of a pinch: nothing but its impacts happens meanwhile.
+_NOTHING_LEFT = 1e-2
+#: Shortest time that is left of one: it has a length, and times far below have few digits.
+_SHORTEST = 1e-200
+
+
+@compiled
+def close_pinch(model: Several, bodies: np.ndarray) -> None:
+    """Close the impacts of two masses that pinch the primary, which all but takes no time."""
+    for k in range(len(bodies)):
+        for j in range(len(bodies)):
+            b, c = bodies[k], bodies[j]
+            hit = b[MODE] == FLIGHT and b[CAUSE] == IMPACT and b[RATE] >= 0.0
+            comes = c[MODE] == FLIGHT and c[SIDE] != b[SIDE] and c[RATE] < 0.0
+            longest = _NOTHING_LEFT * model.tolerance
+            if not (hit and comes and c[GAP] <= -c[RATE] * longest):
+                continue
+            left = float(c[GAP]) * times_over_gaps(bodies, k, j, turns_of(model, bodies, k, j))[0]
+            if left <= longest and _are_alone(model, bodies, k, j, left):
+                for i in (k, j):
+                    bodies[i, MODE], bodies[i, COMPLETION] = TAIL, max(left, _SHORTEST)
+                return
+
+
+class Turns(NamedTuple):
+    """What becomes of a pinch turn by turn."""
+
+    next: float
+    """Approach speed of the body that leaves its wall, over that of the one that comes before."""
+    speeds: float
+    """Ratio by which speeds fall, the least of all turns."""
+    back: float
+    """Time in which the first comes back, over its way out in units of the other's speed."""
+    times: float
+    """Ratio by which times fall, the largest; infinite where the impacts end."""
+
+
+@compiled
+def turns_of(model: Several, bodies: np.ndarray, k: int, j: int) -> Turns:
+    """Turns of body `k`, which leaves its wall, and `j`, which comes next at the opposite one."""
+    b, c = bodies[k], bodies[j]
+    own, other = restitution_of(model, k, float(b[SIDE])), restitution_of(model, j, float(c[SIDE]))
+    mu, nu = float(model.masses[k, RATIO]), float(model.masses[j, RATIO])
+    first, second = nu * (1.0 + other) / (1.0 + nu), mu * (1.0 + own) / (1.0 + mu)
+    y = first + float(b[RATE] / c[RATE])
+    # Fixed points solve second y^2 - (first second + other - own) y + first other = 0.
+    middle = 0.5 * (first * second + other - own)
+    square = middle * middle - first * second * other
+    endless = first * second >= own + other and square >= 0.0 and y > 0.0
+    if not (endless and second * y > middle - math.sqrt(square)):
+        return Turns(y, 0.0, 0.0, math.inf)
+    least = min(y, (middle + math.sqrt(square)) / second)
+    speeds = second * least - other
+    back = other / (least * speeds)
+    return Turns(y, speeds, back, (first - least) * back)
+
+
+@compiled
+def times_over_gaps(bodies: np.ndarray, k: int, j: int, turns: Turns) -> tuple[float, float]:
+    """Time that infinitely many impacts take, over the gaps of body `j` and of `k`; or infinity.
+
+    Accelerations do nothing in so short a time.
+    """
+    if not turns.times < 1.0:
+        return math.inf, math.inf
+    speed = -float(bodies[j, RATE])
+    scale = 1.0 / (speed * (1.0 - turns.times))
+    other = 1.0 / turns.next
+    return scale * (1.0 + other * float(bodies[k, RATE]) / speed), scale * (other + turns.back)
+
+
+@compiled
+def _are_alone(model, bodies, k, j, left):
+    """Whether no other mass is near a wall while two pinch the primary."""
+    for i in range(len(bodies)):
+        c, width = bodies[i], 2.0 * float(model.masses[i, CLEARANCE])
+        reach = (abs(c[RATE]) - 2.0 * bodies[j, RATE]) * left
+        if i not in (k, j) and not (c[MODE] == FLIGHT and reach < c[GAP] < width - reach):
+            return False
+    return True
+
+
+@compiled
+def is_pinched(bodies: np.ndarray) -> bool:
+    """Whether a tail is that of a pinch: a mass approaches in no other."""
+    return bool(np.any((bodies[:, MODE] == TAIL) & (bodies[:, RATE] < 0.0)))
+
+
+@compiled
+def lost_in_pinch(model: Several, start: Start, bodies: np.ndarray) -> float:
+    """Energy of the motion about the centre of all that joins, of which nothing is left."""
+    energy, carried = 0.0, 0.0
+    for k in range(len(bodies)):
+        b = bodies[k]
+        if b[MODE] == TAIL:
+            momentum = float(model.masses[k, RATIO] * b[RATE])
+            energy += 0.5 * momentum * float(b[RATE])
+            carried += momentum * float(b[SIDE])
+    return energy - 0.5 * carried * carried / (1.0 + start.joined)

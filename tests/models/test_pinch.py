@@ -1,0 +1,147 @@
+"""Two masses that pinch the primary: infinitely many impacts in no time, against many digits."""
+
+import random
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from event_pairs import KINDS
+
+from damper import Parameters, State, events
+from damper.engine.compiled import plain
+from damper.engine.segment import FLIGHT, IMPACT, TAIL
+from damper.models import start_run
+from damper.models.several.bodies import CAUSE, COMPLETION, GAP, MODE, RATE, SIDE
+from damper.models.several.pinch import close_pinch
+from damper.models.tangent import derivative
+from damper.observers.common.laws import broken
+from damper.sweep.runs import run_points
+from damper.verification.reference import run
+
+PINCH: dict[str, Any] = {
+    "mass_ratio": 20.0,
+    "damping_ratio": 0.05,
+    "frequency_ratio": 0.8,
+    "clearance": 1.0,
+    "restitution": 0.3,
+    "masses": [{}, {"mass_ratio": 30.0, "restitution": 0.2}],
+}
+START = (0.5, 0.0, [-0.45, 1.45], [-1.0, 1.0])
+
+
+def pinched(seed: int) -> tuple[Any, np.ndarray]:
+    """A model of two heavy masses, and its bodies: mass 0 has hit, mass 1 comes next."""
+    draw = random.Random(f"pinch, {seed}")
+    masses = [
+        {"mass_ratio": 10 ** draw.uniform(-0.5, 3), "restitution": draw.choice([0, 1]) * r}
+        for r in (draw.uniform(0, 0.6), draw.uniform(0, 0.6))
+    ]
+    model = start_run(Parameters(**PINCH | {"masses": masses})).model
+    bodies = np.zeros((2, 8))
+    bodies[:, MODE], bodies[:, SIDE], bodies[:, CAUSE] = FLIGHT, (-1, 1), (IMPACT, -1)
+    bodies[0, RATE], bodies[1, RATE] = draw.uniform(0, 1), -draw.uniform(0, 1)
+    bodies[1, GAP] = 1e-20
+    return model, bodies
+
+
+def impacts(model: Any, bodies: np.ndarray) -> list[tuple[Fraction, np.ndarray]]:
+    """Two hundred impacts in whole numbers: time between, and bodies before; fewer if they end."""
+    mass = [Fraction(float(ratio)) for ratio in model.masses[:, 0]]
+    restitution = [Fraction(float(model.masses[k, 3 + k])) for k in range(2)]
+    gap, rate = ([Fraction(float(b[name])) for b in bodies] for name in (GAP, RATE))
+    found: list[tuple[Fraction, np.ndarray]] = []
+    for number in range(200):
+        k = (number + 1) % 2
+        if rate[k] >= 0:
+            break
+        # Digits beyond the two hundredth are cut: whole numbers would grow with each impact.
+        step = Fraction(round(-gap[k] / rate[k] * 10**200), 10**200)
+        before = bodies.copy()
+        before[:, GAP], before[:, RATE] = [float(g) for g in gap], [float(w) for w in rate]
+        before[1 - k, CAUSE], before[k, CAUSE] = IMPACT, -1
+        found.append((step, before))
+        gap[1 - k] = Fraction(round((gap[1 - k] + rate[1 - k] * step) * 10**200), 10**200)
+        gap[k] = Fraction(0)
+        rate[1 - k] += mass[k] * (1 + restitution[k]) * rate[k] / (1 + mass[k])
+        rate[k] *= -restitution[k]
+        rate = [Fraction(round(w * 10**200), 10**200) for w in rate]
+    return found
+
+
+@plain
+def test_what_is_left_is_the_sum_of_all_impacts() -> None:
+    """And a pinch is told from masses that part soon."""
+    endless = 0
+    for seed in range(60):
+        model, bodies = pinched(seed)
+        made = impacts(model, bodies)
+        endless += len(made) == 200
+        for number, (_, before) in enumerate(made[:50]):
+            close_pinch(model, before)
+            if before[0, MODE] == TAIL:
+                left = float(sum(step for step, _ in made[number:]))
+                # Each turn takes no more than its part of the one before.
+                assert left * (1 - 1e-12) <= before[0, COMPLETION] < 3 * left, seed
+                break
+        assert (before[0, MODE] == TAIL) == (len(made) == 200), seed
+    assert 10 < endless < 50
+
+
+@plain
+def test_against_many_digits() -> None:
+    """Impacts, where they come to an end, the common velocity, and all that follows."""
+    table = events(Parameters(**PINCH), State(*START), until=4.0)
+    end = float(table["time"][table["kind"] != 0][0])
+    exact = run(PINCH, START, until=end - 1e-13, digits=20)
+    found = table[table["time"] < end - 1e-12]
+    assert len(found) > 12
+    for row, e in zip(found, exact.events, strict=False):
+        assert (row["kind"], row["body"], row["side"]) == (KINDS[e.kind], e.body, e.side)
+        assert row["time"] == pytest.approx(float(e.time), abs=1e-15)
+        assert row["approach_speed"] == pytest.approx(float(e.approach_speed), abs=1e-13)
+    # The last times of one body are a geometric series.
+    *_, a, b, c = [e.time for e in exact.events if e.body == 0]
+    assert end == pytest.approx(float(c - (c - b) ** 2 / (c - 2 * b + a)), abs=1e-14)
+    # The centre goes on as if nothing had happened, and is where both are at their walls.
+    x, v, y0, u0, y1, u1 = exact.final
+    v = (v + 20 * u0 + 30 * u1) / 51
+    x = (x + 20 * y0 + 30 * y1) / 51 + v * 1e-13 + (20 - 30) / 51
+    last = table[table["time"] == end][-1]
+    assert [last["x"], last["v"]] == pytest.approx([float(x), float(v)], abs=1e-14)
+    after = run(PINCH, (x, v, [x - 1, x + 1], [v, v]), until=4.0, start_time=end, digits=16)
+    later = [e for e in after.events if e.time > end + 1e-9]
+    rows = table[table["time"] > end]
+    assert {"impact", "stick", "release"} == {e.kind for e in later}
+    sticks = [[r["time"] for r in rows if r["kind"] == 1], [e.time for e in later]]
+    sticks[1] = [float(e.time) for e in later if e.kind == "stick"]
+    assert sticks[0] == pytest.approx(sticks[1], abs=1e-11)
+
+
+@plain
+def test_laws_and_energy() -> None:
+    ask = {"transient": 0, "periods": 1}
+    found, _ = run_points([PINCH], ["laws", "response"], state=State(*START), **ask)
+    assert found["status"] == 0
+    assert not broken(found).any()
+    turnover = found["energy_input"] + found["dashpot_loss"] + found["impact_loss"]
+    assert abs(found["energy_residual"]) < 1e-12 * turnover
+
+
+@plain
+def test_deviations_are_differences_of_runs() -> None:
+    p = Parameters(**PINCH)
+    start = np.array([START[0], START[1], START[2][0], START[3][0], START[2][1], START[3][1]])
+
+    def at_end(z: np.ndarray) -> np.ndarray:
+        run = start_run(p, State(z[0], z[1], z[2::2].tolist(), z[3::2].tolist()))
+        run.skip(*run.whole_periods(0.5))
+        s = run.state_at(*run.whole_periods(0.5))
+        return np.array([s.x, s.v, s.y[0], s.u[0], s.y[1], s.u[1]])
+
+    [direction] = np.random.default_rng(3).normal(size=(1, 6))
+    h = 1e-7
+    slope = (at_end(start + h * direction) - at_end(start - h * direction)) / (2 * h)
+    run_ = start_run(p, State(*START))
+    found = derivative(run_, *run_.whole_periods(0.5)) @ direction
+    assert found == pytest.approx(slope, abs=1e-6)
