@@ -266,10 +266,42 @@ def test_a_followed_point_is_that_of_its_branch(browser: Browser) -> None:
                 field.dispatchEvent(new Event("input"));
             }})()"""
         )
-        said(browser, "branch", f"{direction}, frequency ratio 1.015")
-        x = browser.value(f"{figure('branch')}.querySelector('.history').data[0].y[0]")
+        shown = said(browser, "branch", f"{direction}, frequency ratio 1.015")
+        history = f"{figure('branch')}.querySelector('.history')"
+        browser.wait(f"{history}.getAttribute('aria-label') === {'Time history: ' + shown!r}")
+        x = browser.value(f"{history}.data[0].y[0]")
         there = cube.displacement.sel(direction=direction, frequency_ratio=1.015).squeeze()
         assert np.abs(there.values - x).min() < 1e-6
+
+
+def test_what_takes_long_begins_with_the_first_cycles_and_moves_after_each_choice(
+    browser: Browser,
+) -> None:
+    one = figure("branch")
+    clock = f"{one}.querySelector('.stage + p').textContent"
+    browser.value(f"{one}.scrollIntoView()")
+    run = "damper.figures['study/interactive/branch'].run"
+    browser.value(
+        f"{run}.transient = 20000, damper.figures['study/interactive/branch'].ends = {{}}"
+    )
+    for value in ("1.01", "1.02"):
+        browser.value(
+            f"""(() => {{
+                const field = {one}.querySelector('.sliders input');
+                field.value = "{value}";
+                field.dispatchEvent(new Event("input"));
+            }})()"""
+        )
+        browser.wait(f"{one}.querySelector('.said').textContent.startsWith('Computing')")
+        began = browser.value(f"{one}.querySelector('.said').textContent")
+        end = {"up": "1", "down": "1.02"}[began.split("direction ")[1].split(",")[0]]
+        first = f", at frequency ratio {end}, where its branch begins."
+        assert f"frequency ratio {value}. Meanwhile its first 8 cycles from the start" in began
+        assert began.endswith(first if value != end else "from the start.")
+        said(browser, "branch", f"frequency ratio {value}")
+        now = browser.value(clock)
+        browser.wait(f"{clock} !== {now!r}")
+    browser.value(f"{run}.transient = {RUN['transient']}, null")
 
 
 def test_a_law_that_the_page_does_not_know_is_named(browser: Browser) -> None:

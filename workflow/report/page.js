@@ -28,10 +28,26 @@ damper.start = (data, given) => {
   return { model, length, time, state: [x, v, y, v + of("relative_velocity", length / time)] };
 };
 
+// First value of a branch, from which its points are followed; none where points stand alone.
+damper.branch = (data, given, direction) => {
+  const [along] = Object.keys(data.follow);
+  return along && { along, way: data.follow[along].filter((value) => direction === "up" ? value < given[along] : value > given[along])
+    .sort((a, b) => direction === "up" ? a - b : b - a) };
+};
+
+// First cycles of the run of a point: of a branch, at its first value.
+damper.beginning = (data, given, direction) => {
+  const { along, way = [] } = damper.branch(data, given, direction) ?? {}, segments = [];
+  const first = way.length ? { [along]: way[0] } : {}, begun = damper.start(data, { ...given, ...first });
+  const cycles = Math.min(8, data.run.transient + data.run.periods), { model } = begun;
+  const whole = damper.run(model, damper.begin(model, begun.state), cycles, (s) => segments.push(s), 2000);
+  return whole && { ...begun, first, from: 0, cycles, segments };
+};
+
 // The run of a point: yields how far it is, so that the page stays alive, and returns the run.
 damper.running = function* (data, given, direction) {
   const { transient, periods, max_events: most } = data.run;
-  let begun = damper.start(data, given), [along] = Object.keys(data.follow);
+  let begun = damper.start(data, given);
   const settle = function* (model, state, cycles, see) {
     let s = Array.isArray(state) ? damper.begin(model, state) : state;
     for (let cycle = s.cycles + 1; s && cycle <= cycles; cycle++) {
@@ -40,10 +56,11 @@ damper.running = function* (data, given, direction) {
     }
     return s;
   };
-  if (along) { // each point of the branch before this one hands its end over
-    const way = data.follow[along].filter((value) => direction === "up" ? value < given[along] : value > given[along]);
+  const branch = damper.branch(data, given, direction);
+  if (branch) { // each point of the branch before this one hands its end over
+    const { along, way } = branch;
     let before = null;
-    for (const value of [...(direction === "up" ? way : way.reverse()), given[along]]) {
+    for (const value of [...way, given[along]]) {
       const here = damper.start(data, { ...given, [along]: value });
       if (before) {
         const scale = before.length / here.length, speed = scale * here.time / before.time;
@@ -150,6 +167,9 @@ const layout = (x, y, more = {}) => ({ xaxis: x, yaxis: y, margin: { l: 10, r: 1
 const PLOT = { responsive: true, displayModeBar: innerWidth > 700 && "hover", displaylogo: false, modeBarButtons: [["zoom2d", "pan2d", "resetScale2d", "toImage"]] };
 const download = (name, rows) => element("a", { download: name, href: URL.createObjectURL(new Blob(
   [rows.map((row) => `${row.map((cell) => /[",]/.test(cell) ? `"${cell}"` : cell).join()}\n`).join("")])) }).click();
+
+// After the next picture of the page: what takes long need not hold up the motion.
+const painted = (then) => requestAnimationFrame(() => setTimeout(then));
 
 damper.draw = (place) => {
   const data = damper.figures[place.dataset.figure], map = data.kind === "map";
@@ -356,7 +376,7 @@ damper.draw = (place) => {
   };
 
   // --- the run of the point
-  let asked = 0, shown = null, playing = false;
+  let asked = 0, shown = null, moving = null, playing = false, waits = false;
   const direction = () => picks.direction ? data.axes.find((one) => one.name === "direction").values[at({ name: "direction" })] : data.direction;
   const where = () => [...new Set([...others.map((one) => one.name), x.name, ...(y ? [y.name] : [])])].map((name) => {
     const one = quantity[name];
@@ -371,7 +391,7 @@ damper.draw = (place) => {
 
   const follow = async (moves) => {
     const mine = ++asked;
-    if (panel._fullLayout) setTimeout(() => mine === asked && Plotly.relayout(panel, { shapes: cursor() }));
+    if (panel._fullLayout) painted(() => mine === asked && Plotly.relayout(panel, { shapes: cursor() }));
     const others = changed();
     beside.textContent = others.length ? `Not as in the figure above: ${others.map((one) =>
       `${one.label} ${show(values[one.name] === null ? "as the other" : scaled(one.name, values[one.name]))} ${one.units}`.trim()).join(", ")}.` : "";
@@ -380,29 +400,47 @@ damper.draw = (place) => {
     if (!data.forces.includes(data.forcing)) unknown.push(`the force “${data.forcing}”`);
     const { transient, periods } = data.run;
     if (![transient, periods].every(Number.isInteger)) unknown.push("runs whose length is a time, not cycles");
-    shown = null;
+    shown = moving = null;
     if (unknown.length) return stop(`This page does not compute ${unknown.join(", ")}; damper.run in Python does. At ${where()}.`);
     const work = damper.running(data, values, direction());
     for (let turn = work.next(), began = performance.now(); ; turn = work.next()) {
       if (turn.done) { turn.value ? present(turn.value, moves) : stop(`The run stopped early, after ${data.run.max_events} events, at ${where()}.`); return; }
-      if (performance.now() - began < 40) continue;
-      said.textContent = `Computing … at ${where()}`;
+      if (performance.now() - began < 25) continue;
+      if (!place.classList.contains("busy")) begin_with(damper.beginning(data, values, direction()), moves);
       await new Promise((go) => setTimeout(go));
       if (mine !== asked) return;
       began = performance.now();
     }
   };
+  // What lasts longer begins with the first cycles, and says which.
+  const begin_with = (run, moves) => {
+    place.classList.add("busy");
+    const [first] = Object.keys(run?.first ?? {});
+    said.textContent = `Computing … at ${where()}.` + (run && moves ? ` Meanwhile its first ${run.cycles} cycles from the start${
+      first ? `, at ${quantity[first].label} ${`${show(scaled(first, run.first[first]))} ${pretty(quantity[first].units)}`.trim()}, where its branch begins` : ""}.` : "");
+    if (run && moves) move(run, damper.sampled(run), moves);
+  };
+  const move = (run, rows, moves) => {
+    const { length: l, time: t } = run, size = l * (data.si ? 1e3 : 1);
+    moving = { run, walls: run.model.clearance * size, cycle: run.model.cycle * t,
+      rows: rows.map(([time, ...state]) => [time * t, ...state.map((value, k) => value * size / (k % 2 ? t : 1))]) };
+    stage.hidden = scale.hidden = false;
+    if (moves && !matchMedia("(prefers-reduced-motion: reduce)").matches) start_playing(true); else animate(0);
+    return moving;
+  };
   const stop = (why) => {
+    place.classList.remove("busy");
     said.textContent = why;
     runs.hidden = stage.hidden = scale.hidden = measured.hidden = true;
   };
 
   const present = (run, moves) => {
-    const rows = damper.sampled(run), found = damper.measured(run, rows), { length: l, time: t } = run;
+    const rows = damper.sampled(run), found = damper.measured(run, rows), { length: l } = run;
     const units = data.si ? { l: 1e3, length: "mm", time: "s", speed: "mm/s", energy: "J" }
       : { l: 1, length: "F0/K", time: "sqrt(M/K)", speed: "F0/sqrt(K M)", energy: "F0^2/K" };
-    const size = l * units.l, scaledRows = rows.map(([time, ...state]) => [time * t, ...state.map((value, k) => value * size / (k % 2 ? t : 1))]);
-    shown = { run, rows: scaledRows, walls: run.model.clearance * size, cycle: run.model.cycle * t, begins: performance.now() };
+    const size = l * units.l;
+    place.classList.remove("busy");
+    shown = move(run, rows, moves);
     let words = damper.in_words(run);
     if (!run.period) words = run.growth > 1e3 ? `chaotic: a difference of 1e-9 grows to ${show(Number((run.growth * 1e-9).toPrecision(2)))} in ${data.run.periods} cycles`
       : `no period up to 8 cycles: quasi-periodic, or not settled after ${data.run.transient} cycles`;
@@ -419,10 +457,9 @@ damper.draw = (place) => {
       ["of it stored", found.stored * joule, units.energy + share(found.stored)]];
     measured.replaceChildren(...told.filter(([, value]) => Number.isFinite(value)).map(([label, value, unit]) =>
       element("div", {}, element("dt", {}, label), element("dd", {}, `${show(value)} ${pretty(unit)}`))));
-    runs.hidden = stage.hidden = scale.hidden = measured.hidden = false;
+    runs.hidden = measured.hidden = false;
     stage.setAttribute("aria-label", `The free mass in its box over ${run.cycles} cycles: ${said.textContent}`);
-    if (moves && !matchMedia("(prefers-reduced-motion: reduce)").matches) start_playing(true); else animate(0);
-    setTimeout(() => shown?.run === run && plots(run, units));
+    painted(() => shown?.run === run && plots(run, units));
   };
 
   const plots = (run, units) => {
@@ -458,13 +495,13 @@ damper.draw = (place) => {
 
   // --- the ball in its box: the way of the box and that of the ball in it have a scale each
   const animate = (time) => {
-    const { rows, walls } = shown, wide = stage.width = stage.clientWidth, pen = stage.getContext("2d");
+    const { rows, walls } = moving, wide = stage.width = stage.clientWidth, pen = stage.getContext("2d");
     let low = 0, high = rows.length - 1;
     while (high - low > 1) { const middle = (low + high) >> 1; if (rows[middle][0] <= time) low = middle; else high = middle; }
     const part = Math.min(Math.max((time - rows[low][0]) / (rows[high][0] - rows[low][0] || 1), 0), 1);
     const [, a, , b] = rows[low].map((value, k) => value + part * (rows[high][k] - value));
-    shown.peak ??= Math.max(...rows.map((row) => Math.abs(row[1]))) || 1;
-    const radius = 14, travel = 0.18 * wide, centre = wide / 2 + a / shown.peak * 0.22 * wide, half = travel + radius;
+    moving.peak ??= Math.max(...rows.map((row) => Math.abs(row[1]))) || 1;
+    const radius = 14, travel = 0.18 * wide, centre = wide / 2 + a / moving.peak * 0.22 * wide, half = travel + radius;
     pen.strokeStyle = pen.fillStyle = colour("ink");
     pen.lineWidth = 3;
     pen.strokeRect(centre - half, 18, 2 * half, 44);
@@ -473,29 +510,33 @@ damper.draw = (place) => {
     const left = centre - half; // the spring to the frame
     for (let k = 0; k <= 24; k++) pen.lineTo(left * k / 24, 40 + (k % 24 && (k % 2 ? 8 : -8)));
     pen.stroke();
-    const ratio = walls ? travel / walls / (0.22 * wide / shown.peak) : 1, times = show(Number(ratio.toPrecision(2)));
+    const ratio = walls ? travel / walls / (0.22 * wide / moving.peak) : 1, times = show(Number(ratio.toPrecision(2)));
     scale.textContent = `In the box ways are drawn ${times} times as large as those of the box. Time ${time.toPrecision(3)}`;
     pen.fillStyle = BLUE;
     pen.beginPath();
     pen.arc(centre + (walls ? (b - a) / walls * travel : 0), 40, radius, 0, 7);
     pen.fill();
-    const plot = history._fullLayout?.xaxis;
+    const plot = moving === shown && history._fullLayout?.xaxis;
     now.style.left = plot ? `${plot._offset + plot.l2p(time)}px` : "-9px";
   };
   const frame = (at) => {
-    if (!playing || !shown || !place.isConnected) return;
-    const total = shown.run.cycles * shown.cycle;
-    shown.time = ((shown.time ?? 0) + (shown.last ? at - shown.last : 0) / 1000 * 10 ** speed.value * shown.cycle) % total;
-    shown.last = at;
-    animate(shown.time);
+    waits = false;
+    if (!playing || !moving || !place.isConnected) return;
+    const total = moving.run.cycles * moving.cycle;
+    moving.at = ((moving.at ?? 0) + (moving.last ? at - moving.last : 0) / 1000 * 10 ** speed.value * moving.cycle) % total;
+    moving.last = at;
+    animate(moving.at);
+    waits = true;
     requestAnimationFrame(frame);
   };
   const start_playing = (on) => {
-    const was = playing;
     playing = on;
     play.textContent = on ? "Pause" : "Play";
-    if (shown) shown.last = 0;
-    if (on && !was) requestAnimationFrame(frame); else if (on) animate(shown.time ?? 0);
+    if (!on || !moving) return;
+    moving.last = 0;
+    animate(moving.at ?? 0);
+    if (!waits) requestAnimationFrame(frame);
+    waits = true;
   };
   play.addEventListener("click", () => start_playing(!playing));
 
