@@ -21,7 +21,7 @@ from damper.engine.compiled import plain
 from damper.engine.model import read_segment
 from damper.engine.segment import CAUSE, COLUMNS, DURATION, IMPACT, PERIODS, TIME, V_BEFORE, V, X
 from damper.models import start_run
-from damper.models.several.bodies import GAP, MODE, RATE, SIDE
+from damper.models.several.bodies import GAP, MODE, RATE, SIDE, SPEED
 from damper.models.tangent import derivative
 from damper.observers.common.base import Window
 from damper.observers.common.laws import LAW_NAMES, broken, excess
@@ -176,6 +176,31 @@ def test_masses_that_chatter_on_one_wall_come_to_rest_at_one_instant() -> None:
         ends.skip(0.0, 1.4)
         at = ends.state_at(0.0, 1.4)
         assert at.u == (at.v, at.v)
+
+
+@plain
+def test_an_elastic_mass_comes_to_rest_with_those_that_it_kicks() -> None:
+    """They lose what it gives them, again and again: when they rest is a geometric series."""
+    p = damper_of({"restitution": 1.0, "mass_ratio": 0.5}, {"mass_ratio": 1.2}, gravity=-3.0)
+    table = events(p, State(1.0, 0.0, [1.9, 2.0], [0.0, 0.0]), until=1.5)
+    rests = table[table["kind"] == 1]
+    assert rests["body"][-1] == 0
+    assert set(rests["body"][:-1]) == {1}
+    assert rests["time"][-1] == table["time"][-1]
+    a, b, c = rests["time"][30:60:10]
+    assert rests["time"][-1] == pytest.approx(c - (c - b) ** 2 / (c - 2 * b + a), abs=2e-12)
+
+
+def test_a_kick_that_is_none_keeps_the_law_of_restitution() -> None:
+    """Under a large weight one of 2e-10 is over within a hundredth of the accuracy."""
+    p = damper_of({"mass_ratio": 2.0}, {"mass_ratio": 0.01, "restitution": 0.05}, gravity=-2e5)
+    run = start_run(p, State(0.1, 0.0, [1.1, 1.0999], [0.0, 0.0]))
+    log = np.concatenate([piece.copy() for piece in run.segments(0.1)])
+    kicks = log[:, of_body(0, SPEED)]
+    assert 1e-10 < -np.min(kicks) < 1e-9
+    assert violated(run, log) == set()
+    kicks[kicks < 0.0] = 0.0
+    assert "restitution_law" in violated(run, log)
 
 
 def test_a_tail_is_cut_where_another_mass_hits() -> None:

@@ -32,7 +32,8 @@ from damper.parameters import Parameters
 #: Columns of `Several.masses`.
 RATIO, CLEARANCE, GRAVITY, LEFT, RIGHT = range(5)
 #: Columns of `SeveralSegment.bodies`, as the fields of a `Segment`; the cause is one that is still
-#: to be told in a row of its own, the speed that of an impact at this instant.
+#: to be told in a row of its own, the speed that of an impact at this instant, or minus that of a
+#: kick that is none: what sticks has left its wall, and is back.
 GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION = range(8)
 BODY = 8
 #: In place of a completion: the body has left its wall without a jump of the force just now, so

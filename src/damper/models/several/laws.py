@@ -27,6 +27,7 @@ from damper.models.several.bodies import (
     RATE,
     RATIO,
     SIDE,
+    SPEED,
     Several,
     begin,
     flight_of,
@@ -90,6 +91,26 @@ def _is_over(model, s, k, rebound):
 
 
 @compiled
+def _brakes(model, s, rates):
+    """What those that come to rest at once after impacts change the primary's velocity by.
+
+    `rates` are those before the impacts, at the walls that are hit.
+    """
+    heavier, pushed = 1.0, 0.0
+    for k in range(len(s.bodies)):
+        b = s.bodies[k]
+        side, ratio, rate = float(b[SIDE]), float(model.masses[k, RATIO]), 0.0
+        if is_joined(b[MODE]):
+            heavier += ratio
+            if _is_hit(s, k) and b[RATE] == 0.0:
+                rate = -restitution_of(model, k, side) * float(rates[k])
+            elif b[SPEED] < 0.0:
+                rate = -float(b[SPEED])
+        pushed += side * ratio * rate
+    return -pushed / heavier
+
+
+@compiled
 def _speeds(model, last, v, ends, x):
     """Size of the terms of a velocity: those at both ends, and what forces and dashpot add."""
     force = largest_force(model)
@@ -113,6 +134,8 @@ def _compare(model, last, s, found):
     jump = violation(s.x - x, lengths + abs(last.v) * last.duration)
     jump = larger(jump, violation((s.v_before if first else s.v) - v, speeds))
     change, any_hit = s.v - v, False
+    rates = ends[:, _RATE] * s.bodies[:, SIDE] * last.bodies[:, SIDE]
+    brakes = _brakes(model, s, rates) if first else 0.0
     for k in range(len(ends)):
         b = s.bodies[k]
         side, old = float(b[SIDE]), float(last.bodies[k, SIDE])
@@ -128,9 +151,16 @@ def _compare(model, last, s, found):
             found.touch = larger(found.touch, violation(gap, size))
             rebound = -restitution_of(model, k, side) * rate
             if not (b[MODE] == TAIL and b[RATE] == 0.0 and _is_over(model, s, k, rebound)):
-                law = violation(float(b[RATE]) - rebound, speeds)
+                law = violation(float(b[RATE]) - (rebound + side * brakes), speeds)
                 found.restitution_law = larger(found.restitution_law, law)
             continue
+        if first and b[SPEED] < 0.0:
+            # It has been kicked off its wall by what the impacts alone do, and not for long.
+            kick = side * (s.v - brakes - v)
+            if not _is_over(model, s, k, kick):
+                found.restitution_law = larger(found.restitution_law, violation(kick, speeds))
+            law = violation(float(b[SPEED]) + kick, speeds)
+            found.restitution_law = larger(found.restitution_law, law)
         jump = larger(jump, violation(float(b[GAP]) - gap, size))
         # What sticks is pressed on, also where it is released at once.
         if not (last.bodies[k, MODE] == STICKING and b[RATE] == 0.0):

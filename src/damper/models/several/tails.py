@@ -3,7 +3,9 @@
 import math
 from typing import NamedTuple
 
-from damper.engine.bodies import WeightedSum, start_point
+import numpy as np
+
+from damper.engine.bodies import WeightedSum, acceleration_of, start_point
 from damper.engine.compiled import compiled
 from damper.engine.oscillator import motion_from
 from damper.engine.search import first_root
@@ -20,11 +22,13 @@ from damper.models.several.bodies import (
     RATE,
     RATIO,
     SIDE,
+    SPEED,
     Several,
     SeveralSegment,
     Start,
     begin,
     flight_of,
+    mass_of,
     primary_with,
     restitution_of,
     segment_of,
@@ -81,7 +85,7 @@ def close(model: Several, s: SeveralSegment) -> float:
     """
     bodies = s.bodies
     start = begin(model, s)
-    v = s.v
+    any_rests = False
     for k in range(len(bodies)):
         b = bodies[k]
         at_wall = b[MODE] == FLIGHT and b[GAP] == 0.0 and b[RATE] > 0.0
@@ -98,23 +102,60 @@ def close(model: Several, s: SeveralSegment) -> float:
         if not (error <= model.tolerance and rise <= view.clearance):
             continue
         if left <= _NOTHING_LEFT * model.tolerance:
-            ratio = float(model.masses[k, RATIO])
-            change = -seg.side * ratio / (1.0 + start.joined + ratio) * seg.gap_rate
-            v += change
-            was_kicked = b[CAUSE] == RELEASE
-            b[RATE], b[COMPLETION] = 0.0, 0.0
-            b[MODE] = STICKING if was_kicked else TAIL
-            b[CAUSE] = NOTHING if was_kicked else b[CAUSE]
-            for j in range(len(bodies)):
-                if bodies[j, MODE] == FLIGHT:
-                    bodies[j, RATE] += bodies[j, SIDE] * change
+            any_rests = True
         elif b[CAUSE] == IMPACT and _is_undisturbed(model, s, start, k, ratio, left, rise):
             for j in range(len(bodies)):
                 if _chatters_with(model, bodies, k, j):
                     bodies[j, MODE] = TAIL
                     bodies[j, COMPLETION] = left
-            return v
-    return v
+            return s.v
+    return s.v + _rest(model, s, start) if any_rests else s.v
+
+
+@compiled
+def _rest(model, s, start):
+    """Let all rest at once that have nothing left, in place; the change of the primary's velocity.
+
+    That takes speed from those which have just kicked others off their wall. It would from all that
+    are left as well, so one that kicks others comes to rest with them even where it is elastic.
+    """
+    bodies = s.bodies
+    rests = np.zeros(len(bodies))
+    change, last = 0.0, -1.0
+    while np.sum(rests) > last:
+        last = float(np.sum(rests))
+        heavier, pushed = 1.0 + start.joined, 0.0
+        for k in range(len(bodies)):
+            rests[k] = max(rests[k], float(_has_nothing_left(model, s, start, k, change)))
+            ratio = float(rests[k] * model.masses[k, RATIO])
+            heavier += ratio
+            pushed += float(bodies[k, SIDE]) * ratio * float(bodies[k, RATE])
+        change = -pushed / heavier
+    for k in range(len(bodies)):
+        b = bodies[k]
+        if rests[k] == 1.0 and b[CAUSE] == RELEASE:
+            b[MODE], b[CAUSE], b[SPEED], b[RATE] = STICKING, NOTHING, -b[RATE], 0.0
+        elif rests[k] == 1.0:
+            b[MODE], b[COMPLETION], b[RATE] = TAIL, 0.0, 0.0
+        elif b[MODE] == FLIGHT:
+            b[RATE] += b[SIDE] * change
+    return change
+
+
+@compiled
+def _has_nothing_left(model, s, start, k, change):
+    """Whether a body that something has happened to on a wall will bounce there for no time."""
+    b = s.bodies[k]
+    if not (b[MODE] == FLIGHT and b[GAP] == 0.0 and b[CAUSE] != NOTHING):
+        return False
+    side = float(b[SIDE])
+    r, rate = restitution_of(model, k, side), float(b[RATE]) + side * change
+    if change != 0.0 and b[CAUSE] == IMPACT:
+        r = max(rate, 0.0) / float(b[SPEED])
+    y = s.x + side * float(model.masses[k, CLEARANCE])
+    own = acceleration_of(mass_of(model, k), y, s.v, start.primary.phase)
+    pressed = side * (own - start.primary.a)
+    return 2.0 * abs(rate) <= _NOTHING_LEFT * model.tolerance * pressed * (1.0 - r)
 
 
 @compiled
