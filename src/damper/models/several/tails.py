@@ -126,7 +126,8 @@ def _rest(model, s, start):
         last = float(np.sum(rests))
         heavier, pushed = 1.0 + start.joined, 0.0
         for k in range(len(bodies)):
-            rests[k] = max(rests[k], float(_has_nothing_left(model, s, start, k, change)))
+            if _has_nothing_left(model, s, start, k, change):
+                rests[k] = 1.0
             ratio = float(rests[k] * model.masses[k, RATIO])
             heavier += ratio
             pushed += float(bodies[k, SIDE]) * ratio * float(bodies[k, RATE])
