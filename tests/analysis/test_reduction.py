@@ -87,7 +87,7 @@ def test_the_best_design_of_the_worst_runs(cube: xr.Dataset) -> None:
 
 def test_words_say_what_was_reduced(cube: xr.Dataset) -> None:
     greatest = worst(cube.peak_displacement, ["draw", "direction"])
-    assert greatest.attrs["long_name"].endswith("either way, worst of 2 draws x 2 directions")
+    assert greatest.attrs["long_name"].endswith("either way, worst of 2 draws × 2 directions")
     assert greatest.attrs["scaled_by"] == "F0/K"
     part = share(cube.peak_displacement, "clearance", above=2)
     assert part.attrs == {

@@ -303,7 +303,8 @@ damper.draw = (place) => {
         y: places.map((k) => y.values[Math.floor(k / wide)]), name: "walls never touched",
         marker: { symbol: "line-ne-open", size: 7, color: "#777", line: { width: 1, color: "#777" } } });
     }
-    if (ratio) drawn.push({ type: "contour", x: x.values, y: y.values, name: "ratio = 1", showlegend: true,
+    if (ratio) drawn.push({ ...dots, x: [null], y: [null], mode: "lines", name: "ratio = 1", line: { width: 1.2, color: colour("ink") } },
+      { type: "contour", x: x.values, y: y.values, showlegend: false,
       z: rows.map((row, j) => row.map((z, i) => idle?.[j * x.values.length + i] ? null : height(z))), hoverinfo: "skip",
       contours: { start: 0, end: 0, size: 1, coloring: "lines" }, colorscale: [[0, "#000"], [1, "#000"]], showscale: false, line: { width: 1.2, color: "#000" } });
     if (best) {
@@ -511,13 +512,14 @@ damper.draw = (place) => {
     for (let k = 0; k <= 24; k++) pen.lineTo(left * k / 24, 40 + (k % 24 && (k % 2 ? 8 : -8)));
     pen.stroke();
     const ratio = walls ? travel / walls / (0.22 * wide / moving.peak) : 1, times = show(Number(ratio.toPrecision(2)));
-    scale.textContent = `In the box ways are drawn ${times} times as large as those of the box. Time ${time.toPrecision(3)}`;
+    scale.textContent = `The motion in the box is drawn ${times} times as large as that of the box. Time ${time.toPrecision(3)}`;
     pen.fillStyle = BLUE;
     pen.beginPath();
     pen.arc(centre + (walls ? (b - a) / walls * travel : 0), 40, radius, 0, 7);
     pen.fill();
     const plot = moving === shown && history._fullLayout?.xaxis;
     now.style.left = plot ? `${plot._offset + plot.l2p(time)}px` : "-9px";
+    if (plot) [now.style.top, now.style.height] = ["t", "h"].map((part) => `${history._fullLayout._size[part]}px`);
   };
   const frame = (at) => {
     waits = false;

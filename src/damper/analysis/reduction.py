@@ -173,10 +173,10 @@ def runs_over(array: xr.DataArray | xr.Dataset, names: Sequence[str]) -> str:
     --------
     >>> import xarray as xr
     >>> runs_over(xr.Dataset(coords={"draw": [0, 1, 2], "gap": [1.0, 2.0]}), ["draw", "gap"])
-    '3 draws x 2 values of gap'
+    '3 draws × 2 values of gap'
     """
     nouns = {"draw": "draws", "direction": "directions"}
-    return " x ".join(
+    return " × ".join(
         f"{array.sizes[name]} {nouns.get(name, 'values of ' + name.replace('_', ' '))}"
         for name in names
     )

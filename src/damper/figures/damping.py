@@ -159,7 +159,7 @@ def _scale(axes: list[Axes]) -> list[str]:
         ax.set_ylim(bottom, top)
     points = np.concatenate([line.get_ydata() for line in lines if line.get_color() != BLACK])
     outside = int(((points < bottom) | (points > top)).sum())
-    return [f"{outside} of {points.size} half cycles lie above or below"] if outside else []
+    return [f"{outside} of {points.size} half cycles outside of the panels"] if outside else []
 
 
 def _left_out(place: xr.Dataset) -> list[str]:

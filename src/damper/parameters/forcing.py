@@ -659,6 +659,8 @@ def force_text(settings: Mapping[str, Any]) -> str:
             text = (" to " if name == "band" else " and ").join(shown)
             if name == "of":
                 words[0] += f" of {text.replace('_', ' ')}"
+            elif value == EACH_DRAW:
+                words.append(f"a {name} each draw")
             else:
                 words.append(f"{text} samples" if name == "samples" else f"{name} {text}")
     return ", ".join(words)
