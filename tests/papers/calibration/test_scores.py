@@ -81,18 +81,32 @@ STEADY = {
 }
 
 
-def test_as_stated() -> None:
-    cube = counted(**STEADY)
-    assert value("A4", cube) == value("A5", cube) == [1.0]
-    # Of the 38 incomplete chatters and 2 stickings since the start.
-    assert value("A5_record", cube) == pytest.approx([38 / 40])
-    assert value("A7", cube) == pytest.approx([100 / 332])
+#: What is counted instead -> the scores. Of 40 bursts with sticking since the start 38 are
+#: incomplete chatter; the burst of A7 begins at 100 of 332.
+COUNTED: list[tuple[dict[str, Any], dict[str, float]]] = [
+    ({}, {"A4": 1.0, "A5": 1.0, "A5_record": 38 / 40, "A7": 100 / 332}),
+    *(
+        ({"duration": [[7.0, 10.0], [7.0, 10.0 * ratio], [3.0, NAN]]}, {"A4": 0.5})
+        for ratio in (0.9, 1.1)
+    ),
+    ({"complete": [[30, 20]] * 3, "sticking": [[30, 20]] * 3}, {"A5": 0.0}),
+    ({"chatter": [[40, 20], [40, 20], [9, 0]]}, {"A5": 0.0}),
+    # Bursts of fewer impacts than make chatter stick as well.
+    ({"sticking": [[30, 20], [30, 20], [25, 20]]}, {"A5": 0.5}),
+    *(({"onset": first}, {"A7": part}) for first, part in ((332, 1), (400, 1), (83, 0.25))),
+    # Of runs that stopped.
+    (
+        {name: [[-1, -1]] * 3 for name in ("chatter", "complete", "sticking")}
+        | {"duration": [[NAN, NAN]] * 3, "onset": NAN},
+        dict.fromkeys(("A4", "A5", "A5_record", "A7"), 0.0),
+    ),
+]
 
 
-@pytest.mark.parametrize("ratio", [0.9, 1.1])
-def test_a4_halves_at_its_tolerance(ratio: float) -> None:
-    duration = [[7.0, 10.0], [7.0, 10.0 * ratio], [3.0, NAN]]
-    assert value("A4", counted(**STEADY | {"duration": duration})) == pytest.approx([0.5])
+@pytest.mark.parametrize(("changed", "scores"), COUNTED, ids=str)
+def test_scores_of_counts(changed: dict[str, Any], scores: dict[str, float]) -> None:
+    found = {name: value(name, counted(**STEADY | changed)) for name in scores}
+    assert found == {name: pytest.approx([score]) for name, score in scores.items()}
 
 
 @pytest.mark.parametrize("frequency", [0, 1])
@@ -103,35 +117,6 @@ def test_a4_is_zero_without_complete_chatter(frequency: int, chatter: int) -> No
     changed["complete"][frequency][1] = 0
     changed["duration"][frequency][1] = NAN
     assert value("A4", counted(**changed)) == [0.0]
-
-
-def test_a5_is_zero_where_all_sticks_or_nothing_chatters() -> None:
-    everything = {"complete": [[30, 20]] * 3, "sticking": [[30, 20]] * 3}
-    assert value("A5", counted(**STEADY | everything)) == [0.0]
-    nothing = {"chatter": [[40, 20], [40, 20], [9, 0]]}
-    assert value("A5", counted(**STEADY | nothing)) == [0.0]
-
-
-def test_a5_is_spoilt_by_sticking_without_chatter() -> None:
-    """Bursts of fewer impacts than make chatter stick as well."""
-    sticking = [[30, 20], [30, 20], [25, 20]]
-    assert value("A5", counted(**STEADY | {"sticking": sticking})) == pytest.approx([0.5])
-
-
-@pytest.mark.parametrize(("first", "expected"), [(332.0, 1.0), (400.0, 1.0), (83.0, 0.25)])
-def test_a7_is_the_part_of_the_time_before_chatter(first: float, expected: float) -> None:
-    assert value("A7", counted(**STEADY, onset=first)) == [expected]
-
-
-def test_stopped_runs_speak_for_nothing() -> None:
-    missing = {
-        "chatter": [[-1, -1]] * 3,
-        "complete": [[-1, -1]] * 3,
-        "sticking": [[-1, -1]] * 3,
-        "duration": [[NAN, NAN]] * 3,
-    }
-    for name in ("A4", "A5", "A5_record", "A7"):
-        assert value(name, counted(**missing, onset=NAN)) == [0.0]
 
 
 # --- A1
@@ -208,48 +193,45 @@ AS_STATED = {
 }
 
 
-def test_b_as_stated() -> None:
+NONE = (2.0, 2.0)
+MIRRORED = {(round(0.3 - m, 1), round(2.7 - w, 1)): ends for (m, w), ends in AS_STATED.items()}
+BELOW = {(m, round(2.0 - w, 1)): ends for (m, w), ends in AS_STATED.items()}
+
+
+@pytest.mark.parametrize(
+    ("ends", "b2", "b3"),
+    [
+        (AS_STATED, 1.0, 1.0),
+        (MIRRORED, 0.0, 0.0),
+        # Of two steps in the mass one goes as stated and one stays.
+        (AS_STATED | {(0.1, 1.5): (0.5, 0.6)}, 0.5, 1.0),
+        # Steps where nothing chatters do not count.
+        (AS_STATED | {(mu, omega): NONE for mu in (0.1, 0.2) for omega in (1.8, 1.9)}, 1.0, 1.0),
+        (AS_STATED | BELOW, 1.0, 1.0),
+    ],
+)
+def test_b_counts_the_steps_that_go_as_stated(ends: dict, b2: float, b3: float) -> None:
+    cube = over_restitution(ends)
+    assert (complete("B2", cube), complete("B3", cube)) == (b2, b3)
+
+
+def test_b1_is_the_part_of_its_range() -> None:
+    """Of the values .5 to .9 there is complete chatter at .5 to .8."""
     cube = over_restitution(AS_STATED)
-    assert complete("B2", cube) == complete("B3", cube) == 1.0
-    # .5 to .8 of the values .5 to .9.
     assert complete("B1", cube) == pytest.approx(4 / 5)
     measured = SCORES["B1"].measure(cube, EXACT).measured
     ends = [float(array.sel(counted="complete").squeeze()) for array in measured.values()]
     assert ends == [0.5, 0.8]
 
 
-def test_b_reversed_is_zero() -> None:
-    swapped = {(0.3 - mu, 2.7 - omega): ends for (mu, omega), ends in AS_STATED.items()}
-    cube = over_restitution({(round(m, 1), round(w, 1)): e for (m, w), e in swapped.items()})
-    assert complete("B2", cube) == complete("B3", cube) == 0.0
-
-
-def test_b_counts_the_steps() -> None:
-    """Of two steps in the mass one goes as stated and one stays."""
-    cube = over_restitution(AS_STATED | {(0.1, 1.5): (0.5, 0.6)})
-    assert complete("B2", cube) == 0.5
-    assert complete("B3", cube) == 1.0
-
-
-def test_b_leaves_out_steps_where_nothing_chatters() -> None:
-    cube = over_restitution(AS_STATED | {(0.1, 1.8): (2.0, 2.0), (0.2, 1.8): (2.0, 2.0)})
-    assert complete("B2", cube) == 1.0
-    empty = {(mu, omega): (2.0, 2.0) for mu in (0.1, 0.2) for omega in (1.8, 1.9)}
-    assert complete("B3", over_restitution(AS_STATED | empty)) == 1.0
-
-
-def test_b_without_chatter_is_zero() -> None:
-    cube = over_restitution(dict.fromkeys(AS_STATED, (2.0, 2.0)))
-    for name in ("B1", "B2", "B3"):
-        assert complete(name, cube) == 0.0
+@pytest.mark.parametrize("name", ["B1", "B2", "B3"])
+def test_b_without_chatter_is_zero(name: str) -> None:
+    assert complete(name, over_restitution(dict.fromkeys(AS_STATED, NONE))) == 0.0
 
 
 def test_b_looks_at_one_side_of_the_resonance_at_a_time() -> None:
-    below = {(mu, 2.0 - omega): ends for (mu, omega), ends in AS_STATED.items()}
-    cube = over_restitution(AS_STATED | {(m, round(w, 1)): e for (m, w), e in below.items()})
-    assert complete("B3", cube, "above") == 1.0
-    assert complete("B3", cube, "below") == 0.0
-    assert complete("B2", cube, "below") == complete("B2", cube, "above") == 1.0
+    cube = over_restitution(AS_STATED | BELOW)
+    assert (complete("B2", cube, "below"), complete("B3", cube, "below")) == (1.0, 0.0)
     assert SCORES["B3"].measure(cube, EXACT).score.resonance.values.tolist() == ["below", "above"]
 
 
