@@ -1,4 +1,4 @@
-"""Dimensionless dampers that many tests share."""
+"""Dampers that many tests share, dimensionless but for `SI`."""
 
 #: Two impacts a period and more, nothing sticks.
 GENERIC = {
@@ -21,4 +21,16 @@ PAPER_A = {
     "frequency_ratio": 0.2,
     "clearance": 0.03,
     "restitution": 0.8,
+}
+#: In SI units: F0/K = 0.05 m, sqrt(M/K) = 0.1 s, F0/sqrt(K M) = 0.5 m/s, F0^2/K = 0.5 J; damping
+#: ratio and mass ratio 0.1, frequency ratio 1.1, clearance 1.
+SI = {
+    "primary_mass": 2.0,
+    "damping": 4.0,
+    "stiffness": 200.0,
+    "force_amplitude": 10.0,
+    "forcing_frequency": 11.0,
+    "free_mass": 0.2,
+    "gap": 0.1,
+    "restitution": 0.5,
 }

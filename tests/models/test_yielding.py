@@ -8,19 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 from event_pairs import assert_same
+from scenes import GENERIC
 
 from damper import Parameters, State, events, simulate
 from damper.engine.compiled import plain
 from damper.verification.reference import run
 
-SCENE = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.8,
-    "clearance": 1.0,
-    "restitution": 0.6,
-    "phase": 0.0,
-}
+SCENE = GENERIC | {"phase": 0.0}
 #: The models with rigid walls.
 MODELS: dict[str, dict[str, float]] = {
     "rigid": {},

@@ -7,29 +7,12 @@ import re
 import numpy as np
 import pytest
 from new_process import in_new_process
+from scenes import GENERIC, SI
 
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.quantities import ALL, PARAMETER_NAMES
 
-GOOD = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.8,
-    "clearance": 1.0,
-    "restitution": 0.6,
-    "phase": 0.25,
-}
-#: F0/K = 0.05 m, sqrt(M/K) = 0.1 s, F0/sqrt(K M) = 0.5 m/s; damping ratio 0.1, mass ratio 0.1.
-SI = {
-    "primary_mass": 2.0,
-    "damping": 4.0,
-    "stiffness": 200.0,
-    "force_amplitude": 10.0,
-    "forcing_frequency": 11.0,
-    "free_mass": 0.2,
-    "gap": 0.1,
-    "restitution": 0.5,
-}
+GOOD = GENERIC | {"phase": 0.25}
 TINY = 5e-324
 
 #: Name -> values below and above its range, the range in words, and its ends.

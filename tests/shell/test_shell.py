@@ -5,17 +5,11 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from click.testing import CliRunner
+from scenes import SLOW as POINT
 
 import damper
 from damper.shell import TEMPLATE, main
 
-POINT = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.2,
-    "clearance": 0.25,
-    "restitution": 0.6,
-}
 EVENTS = ["events", *(f"--{name.replace('_', '-')}={value}" for name, value in POINT.items())]
 ROOT = Path(__file__).parents[2]
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from scenes import GENERIC
 
 from damper import State, simulate
 from damper.analysis.basins import basin_fractions
@@ -23,14 +24,7 @@ from damper.sweep.cube import CONVENTIONS, gather, write_cube
 from damper.sweep.parts import read_part, write_part
 from damper.sweep.slices import run_part, simulate_slice
 
-SCENE: dict[str, Any] = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.05,
-    "frequency_ratio": 0.8,
-    "clearance": 0.5,
-    "restitution": 0.6,
-    "phase": 0.2,
-}
+SCENE: dict[str, Any] = GENERIC | {"clearance": 0.5, "phase": 0.2}
 SEEN: dict[str, Any] = {"stroboscopic_section": {"free_mass": True}, "impacts": {}, "bursts": {}}
 RUN: dict[str, Any] = {"transient": 0, "periods": 4, "observers": SEEN}
 #: Of parameters and initial quantities, in every way, in the order of the language.

@@ -5,20 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scenes import STUDY as POINT
 
 import damper
 from damper.observers import OBSERVERS, make_observers
 from damper.parameters.forcing import HARMONIC, Forcing, Harmonics, Record
 from damper.sweep import estimate
 from damper.sweep.runs import run_points
-
-POINT = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.02,
-    "frequency_ratio": 1.3,
-    "clearance": 0.05,
-    "restitution": 0.6,
-}
 
 
 @pytest.mark.parametrize("name", OBSERVERS)

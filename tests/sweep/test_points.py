@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
+from scenes import SI as SCENE_SI
+from scenes import STUDY
 
 from damper import Parameters, SIParameters, State, events, simulate
 from damper.engine.segment import CAUSE, FLIGHT, GAP, GAP_RATE, MODE, SIDE, STICKING
@@ -18,25 +20,8 @@ from damper.parameters import NO_UNITS
 from damper.sweep.points import read_point
 from damper.sweep.runs import run_points
 
-POINT: dict[str, float] = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.02,
-    "frequency_ratio": 1.3,
-    "clearance": 0.05,
-    "restitution": 0.6,
-    "phase": 0.4,
-}
-SI: dict[str, float] = {
-    "primary_mass": 2.0,
-    "damping": 4.0,
-    "stiffness": 200.0,
-    "force_amplitude": 10.0,
-    "forcing_frequency": 11.0,
-    "free_mass": 0.2,
-    "gap": 0.02,
-    "restitution": 0.6,
-    "phase": 0.4,
-}
+POINT: dict[str, float] = STUDY | {"phase": 0.4}
+SI: dict[str, float] = SCENE_SI | {"gap": 0.02, "restitution": 0.6, "phase": 0.4}
 RATIOS = st.floats(1e-3, 1e3)
 NUMBERS = st.floats(-1e3, 1e3)
 PLACES = st.floats(-1, 1)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from new_process import in_new_process
+from scenes import STUDY as POINT
 
 from damper import State
 from damper.engine.compiled import COMPILED
@@ -21,13 +22,6 @@ from damper.sweep import runs
 from damper.sweep.grid import product
 from damper.sweep.runs import run_points
 
-POINT = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.02,
-    "frequency_ratio": 1.3,
-    "clearance": 0.05,
-    "restitution": 0.6,
-}
 #: One point of each kind; the last run stops at LIMIT events.
 POINTS = [
     POINT,

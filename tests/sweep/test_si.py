@@ -15,6 +15,7 @@ from figures.drawing import drawn
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
+from scenes import SI as SCENE_SI
 
 import damper
 from damper import Parameters, SIParameters, State, events, simulate
@@ -33,17 +34,7 @@ from damper.sweep.orbits.periodic import followed
 from damper.sweep.runs import run_points
 
 #: F0/K = 0.05 m, sqrt(M/K) = 0.1 s, F0/sqrt(K M) = 0.5 m/s, F0^2/K = 0.5 J.
-SI: dict[str, float] = {
-    "primary_mass": 2.0,
-    "damping": 4.0,
-    "stiffness": 200.0,
-    "force_amplitude": 10.0,
-    "forcing_frequency": 11.0,
-    "free_mass": 0.2,
-    "gap": 0.1,
-    "restitution": 0.5,
-    "phase": 0.3,
-}
+SI: dict[str, float] = SCENE_SI | {"phase": 0.3}
 RATIOS = {
     "mass_ratio": 0.1,
     "damping_ratio": 0.1,
