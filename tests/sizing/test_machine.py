@@ -101,11 +101,15 @@ print(json.dumps([name for name in sys.modules if name.startswith("damper.sizing
     assert in_new_process(code) == []
 
 
-def test_the_example_in_the_documents_is_a_machine(tmp_path: Path) -> None:
+def test_the_examples_in_the_documents_are_machines(tmp_path: Path) -> None:
     text = (Path(__file__).parents[2] / "docs/sizing.md").read_text("utf-8")
+    frame, materials = (part.split("```")[0] for part in text.split("```yaml\n")[1:])
     path = tmp_path / "frame.yaml"
-    path.write_text(text.split("```yaml\n")[1].split("```")[0])
+    path.write_text(frame)
     assert "by the closed law" in repr(damper.design(path, quick=True))
+    lines = frame.splitlines(keepends=True)
+    path.write_text("".join(line for line in lines if "restitution:" not in line) + materials)
+    assert "rubber (stated: the maker's data sheet)" in repr(damper.design(path, quick=True))
 
 
 def called(*arguments: str, code: int = 0) -> str:
