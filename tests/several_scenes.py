@@ -124,3 +124,47 @@ def growth(values: dict[str, Any], state: tuple[Any, ...], until: float) -> floa
                 break
             errors += [float(abs(p - q)) for p, q in zip(a[3:], b[3:], strict=True)]
     return max(errors) / 1e-13
+
+
+# --- with dry friction, where no tail is closed
+
+
+def rubbing_scene(force: str, seed: int) -> tuple[dict[str, Any], tuple[Any, ...]]:
+    """As `several_scene`, with friction of all, of some their own, of some none."""
+    values, state = several_scene(force, seed)
+    draw = random.Random(f"rubbing, {force}, {seed}")
+    values["friction"] = 10 ** draw.uniform(-2.5, 0)
+    for own in values["masses"][1:]:
+        if draw.random() < 0.5:
+            own["friction"] = draw.choice([0.0, 10 ** draw.uniform(-2.5, 0)])
+    return values, state
+
+
+def resolved(rows: list[Row]) -> list[Row]:
+    """All but the last events of chatter, which move whatever rests: kicks, slips and rests."""
+    kept = []
+    for k, row in enumerate(rows):
+        near = [
+            n for n in rows[k + 1 :] if n[0] == KINDS["stick"] and -ERROR < n[3] - row[3] < LAST
+        ]
+        if not (near if row[0] != KINDS["stick"] else any(n[1] == row[1] for n in near)):
+            kept.append(row)
+    return kept
+
+
+def rubbing_error(values: dict[str, Any], state: tuple[Any, ...], until: float) -> float:
+    """Largest error of any number of any event, of masses that rub."""
+    table = events(Parameters(**values), State(*state), until=until)
+    found = resolved(table[["kind", "body", "side", "time", "x", "v", "approach_speed"]].tolist())
+    exact = resolved(
+        [
+            (KINDS[e.kind], e.body, e.side, e.time, e.x, e.v, e.approach_speed)
+            for e in run(values, state, until=until, digits=16).events
+        ]
+    )
+    pairs = []
+    for body in range(len(values["masses"])):
+        own, other = ([row for row in rows if row[1] == body] for rows in (found, exact))
+        assert len(own) == len(other)
+        pairs += list(zip(own, other, strict=True))
+    return largest_error(pairs)

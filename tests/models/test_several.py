@@ -21,7 +21,7 @@ from damper.engine.compiled import plain
 from damper.engine.model import read_segment
 from damper.engine.segment import CAUSE, COLUMNS, DURATION, IMPACT, PERIODS, TIME, V_BEFORE, V, X
 from damper.models import start_run
-from damper.models.several.bodies import GAP, MODE, RATE, SIDE, SPEED
+from damper.models.several.bodies import BODY, GAP, MODE, RATE, SIDE, SPEED
 from damper.models.tangent import derivative
 from damper.observers.common.base import Window
 from damper.observers.common.laws import LAW_NAMES, broken, excess
@@ -481,11 +481,11 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"masses": [{"damping_ratio": 1}]}, r"^masses\[0\]: unknown quantity of a mass 'damping_rat"),
     ({"masses": [{}, {"restitution": 2}]}, r"^mass 1: restitution = 2\.0: must be"),
     ({"masses": [{}, {"clearance": 0}]}, r"^clearance = 0\.0 of mass 1: each of several must"),
-    ({"masses": [{}], "friction": 0.1}, r"^masses and friction: "),
+    ({"masses": [{}], "modulation_depth": 0.1}, r"^masses and modulation_depth: "),
     ({"masses": [{}], "unit_count": 2}, r"^masses and unit_count: "),
     ({"masses": [{}], "yield_speed": 0.1}, r"^yield_speed and masses: several masses have a const"),
     ({"unit_count": 2, "yield_speed": 0.1}, r"^yield_speed and unit_count: several masses have"),
-    ({"unit_count": 2, "friction": 0.1}, r"friction .sliding. .*unit_count .several. ask for diff"),
+    ({"unit_count": 2, "modulation_depth": 0.1}, r"modulation_depth .time_varying. and unit_count"),
     ({"unit_count": 1.5}, r"^unit_count = 1\.5: must be .* whole"),
 ]
 
@@ -546,7 +546,7 @@ def violated(run: Any, log: np.ndarray) -> set[str]:
 
 
 def of_body(body: int, field: int) -> int:
-    return COLUMNS + 2 + 8 * body + field
+    return COLUMNS + 2 + BODY * body + field
 
 
 #: What is changed -> from which row of those that an impact of mass 1 begins, column, by how much.

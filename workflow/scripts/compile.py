@@ -1,9 +1,9 @@
 """Compile parts of a model into numba's cache by running short scenes.
 
 Parts are the event loop with observers ("engine+bursts+impacts"), under a force of another
-sort than the harmonic one ("engine_record_force+bursts"), or with a weight
-("engine_weight+bursts"), orbits ("orbits"), the metamorphic tests ("metamorphic"), or solvers of a
-comparison ("solvers+dop853+exact").
+sort than the harmonic one ("engine_record_force+bursts"), with a weight ("engine_weight+bursts")
+or friction of several masses ("engine_friction+bursts"), orbits ("orbits"), the metamorphic tests
+("metamorphic"), or solvers of a comparison ("solvers+dop853+exact").
 """
 
 import sys
@@ -38,12 +38,13 @@ def run_observers() -> None:
     from damper.parameters.forcing import forcing_of
     from damper.sweep.slices import simulate_slice
 
-    force, sort = None, PART.removesuffix("_weight")
+    force, sort = None, PART.removesuffix("_weight").removesuffix("_friction")
     if sort != "engine":
         _, kind, *word = sort.split("_", 2)
         key, example = FORCES[kind]
         force = forcing_of({"kind": kind, **example, **({key: word[0]} if word else {})})
-    point = POINT | ({"gravity": 0.1} if sort != PART else {})
+    point = POINT | ({"gravity": 0.1} if PART.endswith("_weight") else {})
+    point |= {"friction": 0.01} if PART.endswith("_friction") else {}
 
     def asked(name):
         several = MODEL == "several" and "bodies" in observer_class(name).settings

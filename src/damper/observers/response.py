@@ -29,7 +29,7 @@ from damper.observers.common.base import (
 )
 from damper.observers.common.settings import Setting
 from damper.parameters.forcing import Base
-from damper.parameters.models import MODELS
+from damper.parameters.models import MODELS, models_of
 from damper.parameters.variables import ACCELERATION, ENERGY, LENGTH, SPRING_FORCE, Variable
 from damper.theory.steady import steady_amplitude
 
@@ -204,7 +204,7 @@ class Response(Observer):
         total = read_record(self._totals)
         free = self._model.free
         length = self._window.length
-        rubs = getattr(self._model, "friction", 0.0) > 0.0
+        rubs = "sliding" in models_of(self._model)
         dashpot = 2.0 * free.damping * total.speed_square + (0.0 if rubs else total.support)
         friction = total.support if rubs else 0.0
         gained = total.stored_last - total.stored - total.modulation

@@ -13,6 +13,7 @@ from typing import Any
 
 from damper.parameters.forcing import HARMONIC, check_force, read_forcing
 from damper.parameters.masses import OF_A_MASS_SI, read_masses, split, with_own
+from damper.parameters.models import models_of
 from damper.parameters.quantity import Declared, Quantity, quantity, shared
 from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED, Units
 
@@ -41,7 +42,7 @@ class Parameters(Declared):
     Those under Parameters make the damper with rigid walls and Newton's restitution. The others
     add to it; they choose at most one other model: a support that ties the free mass to the frame,
     compliant contact, a time-varying free mass, dry friction between free mass and box, or several
-    free masses.
+    free masses, with or without that friction.
 
     Parameters
     ----------
@@ -55,8 +56,8 @@ class Parameters(Declared):
         `Record` or `Noise`, or "harmonic", "none", "base" or "unbalance".
     masses : sequence of mapping, optional
         Several free masses, a mapping for each: what it has of its own of `mass_ratio`,
-        `clearance`, `restitution`, `restitution_left` and `gravity`, in place of what is given for
-        all. ``masses=[{}] * 4`` are four of the same.
+        `clearance`, `restitution`, `restitution_left`, `gravity` and `friction`, in place of what
+        is given for all. ``masses=[{}] * 4`` are four of the same.
 
     Raises
     ------
@@ -336,10 +337,16 @@ class Parameters(Declared):
         """Which of `damper.models` these parameters ask for."""
         if self.masses is not None:
             return "several"
-        asked = next(iter(_asked(self.__dict__)), "rigid")
+        names = _asked(self.__dict__)
+        asked = "several" if "several" in names else next(iter(names), "rigid")
         # A multiple of no damping is no support.
         nothing = self.support_stiffness_ratio == 0.0 and self.support_damping == 0.0
         return "rigid" if asked == "grounded" and nothing else asked
+
+    @cached_property
+    def rubs(self) -> bool:
+        """Whether any free mass rubs on its box."""
+        return any(one.friction for one in self.each)
 
     @cached_property
     def law(self) -> str:
@@ -349,7 +356,7 @@ class Parameters(Declared):
     @property
     def acting(self) -> dict[str, Any]:
         """The values that are `given`, but for those of a model or law that is not asked for."""
-        own = {"", self.model, self.law}
+        own = {"", *models_of(self), self.law}
         forcing = {} if self.forcing == HARMONIC else {"forcing": self.forcing}
         masses = {} if self.masses is None else {"masses": self.masses}
         return (
@@ -411,7 +418,8 @@ class SIParameters(Declared, shares=Parameters):
         `force_amplitude` is the amplitude B, and so the unit of length: F0/K of a force, B of the
         motion of a base, B/M of an unbalance, B M/K of the acceleration of a base.
     masses : sequence of mapping, optional
-        As for `Parameters`, with `free_mass` and `gap` in place of mass ratio and clearance.
+        As for `Parameters`, with `free_mass`, `gap` and `friction_coefficient` in place of mass
+        ratio, clearance and friction.
 
     Raises
     ------
@@ -526,12 +534,17 @@ class SIParameters(Declared, shares=Parameters):
         if self.masses is not None:
             self.__dict__["masses"] = read_masses(self.masses, OF_A_MASS_SI)
         check_force(self.forcing, self.phase, self.force_amplitude, (0.0,))
-        if self.friction_coefficient and not self.transverse_acceleration:
-            raise ValueError(
-                f"friction_coefficient = {self.friction_coefficient!r} without "
-                "transverse_acceleration: nothing presses the free mass on the box; give it in "
-                "m/s2, 9.81 in a level box"
-            )
+        name = "friction_coefficient"
+        rubs = {name: self.friction_coefficient}
+        rubs |= {
+            f"masses[{k}].{name}": dict(m).get(name, 0.0) for k, m in enumerate(self.masses or ())
+        }
+        for name, value in rubs.items():
+            if value and not self.transverse_acceleration:
+                raise ValueError(
+                    f"{name} = {value!r} without transverse_acceleration: nothing presses the free "
+                    "mass on the box; give it in m/s2, 9.81 in a level box"
+                )
         self.dimensionless  # noqa: B018 - raises unless the scaled values are allowed, too
 
     @classmethod
@@ -563,6 +576,10 @@ class SIParameters(Declared, shares=Parameters):
                 # Each ratio is in proportion to its own counterpart.
                 given[own] = value / _scaled(q, primary | {own: 1.0}, units)
         if parameters.masses is not None:
+            has = {name for mass in parameters.masses for name, _ in mass}
+            for q, (_, *others) in _SCALED:
+                if q.name in has:
+                    given |= {name: _BESIDE[name] for name in others if name in _BESIDE}
             given["masses"] = [
                 {
                     own: dict(mass)[q.name] / _scaled(q, primary | {own: 1.0}, units)
@@ -692,7 +709,7 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
         return called.get(name, name)
 
     asked = _asked(values)
-    if len(asked) > 1:
+    if len(asked) > 1 and {*asked} != {"sliding", "several"}:
         words = (f"{', '.join(map(named, names))} ({model})" for model, names in asked.items())
         raise ValueError(f"{' and '.join(words)} ask for different models: give those of one")
     laws = _laws(values)
@@ -720,10 +737,10 @@ def _check_several(
     values: Mapping[str, Any], asked: Mapping[str, list[str]], named: Callable[[str], str]
 ) -> None:
     if values.get("masses") is not None:
-        for name in [name for names in asked.values() for name in names]:
+        for name in [n for model, names in asked.items() if model != "sliding" for n in names]:
             raise ValueError(
-                f"masses and {named(name)}: masses that are listed have rigid walls, no support "
-                "and no friction, and are whole; leave out one of the two"
+                f"masses and {named(name)}: masses that are listed have rigid walls and no "
+                "support, and are whole; leave out one of the two"
             )
     if values.get("masses") is not None or "several" in asked:
         for q in _laws(values):

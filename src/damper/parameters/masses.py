@@ -10,8 +10,8 @@ from typing import Any
 from damper.parameters.quantity import real
 
 #: What a mass may have of its own, in the names of `damper.Parameters` and of `SIParameters`.
-OF_A_MASS = ("mass_ratio", "clearance", "restitution", "restitution_left", "gravity")
-OF_A_MASS_SI = ("free_mass", "gap", *OF_A_MASS[2:])
+OF_A_MASS = ("mass_ratio", "clearance", "restitution", "restitution_left", "gravity", "friction")
+OF_A_MASS_SI = ("free_mass", "gap", *OF_A_MASS[2:-1], "friction_coefficient")
 #: In either system.
 OF_ANY_MASS = tuple(dict.fromkeys((*OF_A_MASS, *OF_A_MASS_SI)))
 #: Most masses of a damper.

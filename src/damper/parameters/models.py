@@ -36,6 +36,12 @@ def name_of(damper: Any) -> str:
     return getattr(damper, "model", "") or room
 
 
+def models_of(damper: Any) -> tuple[str, ...]:
+    """Names of all models that a damper is one of: several free masses may rub on their boxes."""
+    name = name_of(damper)
+    return (name, "sliding") if name == "several" and damper.rubs else (name,)
+
+
 def unknown_model(what: str, model: str, known: Collection[str]) -> str:
     """Say that something, such as an observer, knows other models than this one."""
     return f"{what} does not know {MODELS[model].has} (model {model}), only {', '.join(known)}"
@@ -43,5 +49,6 @@ def unknown_model(what: str, model: str, known: Collection[str]) -> str:
 
 def need_model(damper: Any, known: Collection[str], what: str) -> None:
     """Raise ValueError where `what` does not know the model of a damper, as for `name_of`."""
-    if (model := name_of(damper)) not in known:
-        raise ValueError(unknown_model(what, model, known))
+    for model in models_of(damper):
+        if model not in known:
+            raise ValueError(unknown_model(what, model, known))

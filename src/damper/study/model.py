@@ -14,6 +14,7 @@ from pydantic import Field
 from damper.parameters import Parameters
 from damper.parameters.forcing import EACH_DRAW, HARMONIC, Forcing, force_text
 from damper.parameters.masses import MOST_MASSES, OF_ANY_MASS, own_values, split
+from damper.parameters.models import models_of
 from damper.parameters.named import damper_of
 from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_ONLY, is_si, quantities_in
 from damper.parameters.run import EngineSettings, RunLength, declared_in
@@ -244,7 +245,13 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     @property
     def model(self) -> str:
         """The model of the damper that the study's values ask for."""
-        return next((p.model for p in self.corners if p.model != "rigid"), "rigid")
+        return self.models[0]
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """All of them: several free masses may rub on their boxes."""
+        found = dict.fromkeys(name for p in self.corners for name in models_of(p))
+        return tuple(name for name in found if name != "rigid") or ("rigid",)
 
     @property
     def branches(self) -> dict[str, tuple[Any, ...]]:

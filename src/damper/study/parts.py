@@ -97,14 +97,17 @@ def _engine_part(p: Parameters) -> str:
 
     Code is compiled for each sort of constants: noise is a record, and a base seen from the ground,
     or an unbalance, a harmonic force. What acts on the free mass as well is a sort of its own, and
-    so is a weight.
+    so is a weight, or friction of several masses.
     """
     force = p.forcing if p.force_amplitude else NoForce()
     kind = {"noise": "record", "unbalance": "harmonic"}.get(force.kind, force.kind)
     words = [kind, getattr(force, "of", getattr(force, "frame", None))]
     if words in (["harmonic", None], ["base", "ground"]):
         words = []
-    return "_".join(["engine", *filter(None, words), *(["weight"] if p.gravity else [])])
+    weight = "weight" if any(one.gravity for one in p.each) else None
+    if p.model == "several" and p.rubs:
+        weight = "friction"
+    return "_".join(["engine", *filter(None, [*words, weight])])
 
 
 def simulation_modules(study: Study) -> tuple[str, ...]:

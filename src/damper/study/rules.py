@@ -187,7 +187,7 @@ def _check_models(study: Study, contents: StudyContents, mistakes: Mistakes) -> 
         if made.bodies and max(made.bodies) >= fewest:
             message = f"there is no mass {max(made.bodies)}: the damper has {fewest}, from 0"
             mistakes.add(("observers", name, "bodies"), message, f"whole numbers < {fewest}")
-        for key, (message, way) in made.refusals(study.model, most).items():
+        for key, (message, way) in made.refusals(study.models, most).items():
             place = ("observers", name, key) if key else ("observers", name)
             mistakes.add(place, message, way or "a study without it, or of one of these models")
     for name in study.orbits if study.model not in FRICTIONLESS else ():

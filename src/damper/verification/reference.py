@@ -20,7 +20,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations, pairwise, zip_longest
+from itertools import combinations, pairwise, product, zip_longest
 from typing import Any, NamedTuple
 
 from mpmath import mp, mpf
@@ -326,7 +326,7 @@ def run(
     events.
     """
     with mp.workdps(digits + GUARD_DIGITS):
-        system, friction = system_of(**values), values.get("friction", 0)
+        system = system_of(**values)
         x, v = mpf(state[0]), mpf(state[1])
         several = isinstance(state[2], Sequence)
         places = []
@@ -334,15 +334,15 @@ def run(
         for mass, (y, u) in zip(system.masses, starts, strict=True):
             side = 1 if y >= x else -1
             gap, rate = mass.clearance - side * (mpf(y) - x), side * (v - mpf(u))
-            way = -side * int(mp.sign(rate)) if friction else 0
+            way = -side * int(mp.sign(rate)) if mass.friction else 0
             places.append(Place(FLIGHT, side, gap, rate, way=way))
             if gap < 0:
                 raise ValueError("the free mass starts outside its box")
         motion = _Motion(system, mpf(start_time), x, v, places, mpf(until), digits)
         if system.masses[0].clearance == 0 and system.masses[0].rigid:
             motion.join(0)
-        elif friction and places[0].rate == 0:
-            motion.settle(0)
+        else:
+            motion.settle()
         while happened := motion.advance():
             motion.change(happened)
         final = [motion.x, motion.v]
@@ -405,7 +405,7 @@ class _Motion:
 
     def change(self, happened: list[tuple[int, str, int]]) -> None:
         """Do what the events of an instant do, and list them."""
-        hits = {}
+        hits, rubs = {}, any(mass.friction for mass in self.system.masses)
         for number, kind, side in happened:
             place, mass = self.places[number], self.system.masses[number]
             if kind == "impact" and mass.rigid:
@@ -413,15 +413,18 @@ class _Motion:
                     hits[number] = side
                     continue
                 kind = "stick"  # at rest on a wall that presses
-            self._change_one(number, kind, side)
+            if not (kind == "jump" and rubs):
+                self._change_one(number, kind, side)
         if hits:
             self._hit(hits)
+        if any(kind != "release" for _, kind, _ in happened):
+            self.settle()
 
     def _change_one(self, number: int, kind: str, side: int) -> None:
         mass, (_, own, gap, rate, *_) = self.system.masses[number], self.places[number]
         speed = mpf(0)
         if kind == "stop":
-            self.settle(number, "reversal")
+            self.places[number] = self.places[number]._replace(rate=mpf(0), zeros=0)
             return
         if kind == "stick":
             place = self.join(number)
@@ -470,6 +473,9 @@ class _Motion:
             )
         )
         gained = change(pushing)
+        for number, place in enumerate(self.places):
+            if gained and place.mode == RESTING:
+                self.places[number] = place._replace(mode=FLIGHT)
         self._push(gained, among=contacts)
         for number, (side, speed) in contacts.items():
             leaves = side * gained - speed
@@ -483,36 +489,72 @@ class _Motion:
                 self._list(number, "release", side, mpf(0))
             elif number in pushing and number in hits:
                 self._list(number, "impact", side, speed)
-                if masses[number].friction and self.places[number].rate == 0:
-                    self.settle(number)
+        for number, place in enumerate(self.places):
+            way = -place.side * int(mp.sign(place.rate))
+            if way and masses[number].friction and way != place.way:
+                self.places[number] = place._replace(way=way)
+                if number not in contacts:
+                    self._list(number, "reversal" if place.way else "slip", 0, mpf(0))
         self._forget(*hits)
 
     def _push(self, gained: mpf, among: Collection[int]) -> None:
         """Change the primary's velocity, and with it the rates of all other masses in flight."""
         self.v += gained
         for number, place in enumerate(self.places):
-            if number not in among and place.mode != STICKING:
+            if number not in among and not place.joined:
                 rate = place.rate + place.side * gained
                 self.places[number] = place._replace(rate=rate, zeros=0)
 
-    def settle(self, number: int, otherwise: str = "") -> None:
-        """Let a mass without a relative velocity rest, or slide on, which is an event `otherwise`.
+    def settle(self) -> None:
+        """Let masses without a relative velocity rest, or slide, where any rubs on its box.
 
-        On a wall friction has to hold it on one side only.
+        All at once, by trying who does which: on a wall friction has to hold on one side only.
         """
-        side, gap, most = *self.places[number][1:3], self.system.masses[number].friction
-        held = self._held(number)
-        if gap == 0 and -most < held:
-            self.join(number)
-            self._list(number, "stick", side, mpf(0))
-        elif gap and abs(held) < most:
-            self.places[number] = Place(RESTING, side, gap, mpf(0))
+        masses, before = self.system.masses, list(self.places)
+        if not any(mass.friction for mass in masses):
+            return
+        asked = [
+            n
+            for n, (mass, place) in enumerate(zip(masses, before, strict=True))
+            if place.joined or (place.rate == 0 and (mass.friction or place.gap == 0))
+        ]
+        options = [
+            (0, -place.side) if place.gap == 0 else (0, 1, -1)
+            for place in (before[n] for n in asked)
+        ]
+        for ways in product(*options):
+            for n, way in zip(asked, ways, strict=True):
+                place = before[n]._replace(rate=mpf(0), way=way if masses[n].friction else 0)
+                mode = FLIGHT if way else STICKING if place.gap == 0 else RESTING
+                self.places[n] = place._replace(mode=mode, zeros=0)
+            a = 2 * self._series(3)[0][2]
+            if all(self._allows(n, way, a) for n, way in zip(asked, ways, strict=True)):
+                break
+        for n in asked:
+            self._list_change(n, before[n])
+
+    def _allows(self, number: int, way: int, a: mpf) -> bool:
+        """Whether a mass rests, or slides a way, where the primary has an acceleration."""
+        place, mass = self.places[number], self.system.masses[number]
+        asks, most = a + mass.gravity, mass.friction
+        if way:
+            return -way * asks > most
+        return (place.side * asks if place.gap == 0 else abs(asks)) <= most
+
+    def _list_change(self, number: int, before: Place) -> None:
+        """List that a mass rests which did not, or slides which did rest, or slid the other way."""
+        now = self.places[number]
+        on_wall = now.gap == 0
+        kind, side = "", 0
+        if now.joined and not before.joined:
+            kind, side = ("stick", now.side) if on_wall else ("rest", 0)
             self.rows.pop(number, None)
-            self._list(number, "rest", 0, mpf(0))
-        else:
-            self.places[number] = Place(FLIGHT, side, gap, mpf(0), way=self._breaks(number))
-            if otherwise:
-                self._list(number, otherwise, 0, mpf(0))
+        elif before.joined and not now.joined:
+            kind, side = ("release", now.side) if on_wall else ("slip", 0)
+        elif before.way == -now.way != 0:
+            kind = "reversal"
+        if kind:
+            self._list(number, kind, side, mpf(0))
 
     def _held(self, number: int) -> mpf:
         """Contact force over the free mass that it takes to let it move with the primary."""
@@ -541,7 +583,7 @@ class _Motion:
     def _inertia(self) -> mpf:
         """Mass of the primary with all that sticks to it."""
         parts = zip(self.system.masses, self.places, strict=True)
-        return 1 + sum(mass.ratio(self.t)[0] for mass, place in parts if place.mode == STICKING)
+        return 1 + sum(mass.ratio(self.t)[0] for mass, place in parts if place.joined)
 
     def join(self, number: int) -> Place:
         """Let a mass stick to its wall, with the common velocity."""
@@ -562,12 +604,14 @@ class _Motion:
             return False
         # Towards the wall, on the way out and on the way back.
         out = -2 * gap[2]
-        back = out - 2 * (1 + mu) * mass.friction
+        back = out - 2 * (1 + mu / self._inertia()) * mass.friction
         if back <= 0:
             return False
+        q = r * mp.sqrt(back / out)
+        left = w * (1 / out + 1 / mp.sqrt(out * back)) / (1 - q)
         others = [n for n, p in enumerate(self.places) if n != number and p.mode != STICKING]
         shift = -mu / (self._inertia() + mu) * side * w
-        if len(self.places) > 1 and 2 * w / (out * (1 - r)) < mpf(10) ** -(self.digits + 2):
+        if len(self.places) > 1 and left < mpf(10) ** -(self.digits + 2):
             # Who has come to rest on a wall before stays so.
             at_rest = [n for n, p in enumerate(self.places) if p.gap == p.rate == 0]
             self._push(shift, [number, *at_rest])
@@ -575,6 +619,8 @@ class _Motion:
             return True
         if any(p.mode == STICKING and p.side == side for p in self.places):
             return False
+        if len(self.places) > 1 and any(one.friction for one in self.system.masses):
+            return False  # each impact moves those that rest
         wall, speeds, before = self.rows.get(number, (0, [], []))
         kept = ORDERS * (wall == side)
         row: list[tuple[mpf, ...]] = [(self.t, self.x, self.v + shift)]
@@ -584,8 +630,6 @@ class _Motion:
         for u, old in zip(speeds, before[:kept], strict=True):
             row.append(tuple((u * b - w * a) / (u - w) for a, b in zip(old, row[-1], strict=True)))
         self.rows[number] = side, [w, *speeds], row
-        q = r * mp.sqrt(back / out)
-        left = w * (1 / out + 1 / mp.sqrt(out * back)) / (1 - q)
         rate = max(fastest, abs(3 * gap[3] / gap[2]))
         if w > RESOLVED or left * rate > REACH:
             return False

@@ -13,7 +13,7 @@ from damper.engine.compiled import compiled
 from damper.engine.forcing import horizon
 from damper.engine.model import Step
 from damper.engine.search import GAVE_UP, HORIZON
-from damper.engine.segment import FLIGHT, NOTHING, RELEASE, STICK, STICKING, TAIL
+from damper.engine.segment import FLIGHT, NOTHING, STICK, STICKING, TAIL
 from damper.models.several.bodies import (
     BODY,
     CAUSE,
@@ -21,17 +21,16 @@ from damper.models.several.bodies import (
     COMPLETION,
     FIRST,
     GAP,
-    GRAVITY,
-    LIFTS,
     MODE,
     RATE,
     SIDE,
+    WAY,
     Several,
     begin,
     restitution_of,
 )
 from damper.models.several.bodies import prepare as prepare
-from damper.models.several.contacts import hit, settle
+from damper.models.several.contacts import hit, let_go, settle
 from damper.models.several.log import segment_of_all, told
 from damper.models.several.motion import all_after
 from damper.models.several.pinch import close_pinch, is_pinched, turns_of
@@ -53,7 +52,7 @@ def _initial_segment(model, periods, time, x, v, y, u):
         bodies[k, SIDE] = side
         bodies[k, MODE] = FLIGHT
         bodies[k, CAUSE] = NOTHING
-    settle(model, segment_of_all(periods, time, x, v, bodies), STICKING)
+    settle(model.friction, model, segment_of_all(periods, time, x, v, bodies), STICKING)
     return told(segment_of_all(periods, time, x, v, bodies), v, 0.0)
 
 
@@ -97,8 +96,8 @@ def _complete(model, s, start, tau):
         b = bodies[k]
         if b[MODE] == TAIL:
             b[MODE], b[CAUSE] = STICKING, NOTHING if pinched else STICK
-            b[GAP], b[RATE], b[FIRST], b[COMPLETION] = 0.0, 0.0, 0.0, 0.0
-    settle(model, new, TAIL)
+            b[GAP], b[RATE], b[FIRST], b[COMPLETION], b[WAY] = 0.0, 0.0, 0.0, 0.0, 0.0
+    settle(model.friction, model, new, TAIL)
     for k in range(len(bodies)):
         if s.bodies[k, MODE] == TAIL and bodies[k, MODE] == STICKING:
             bodies[k, CAUSE] = STICK
@@ -108,49 +107,36 @@ def _complete(model, s, start, tau):
 
 @compiled
 def _fly(model, s, start):
-    """Go to the first impact or release of all."""
+    """Go to the first event of all."""
     count = len(s.bodies)
     limit = min(HORIZON, horizon(start.osc.forcing, start.primary.phase))
-    last, first, side, steps, gave_up = limit, -1, 0.0, 1, False
+    last, first, side, steps, gave_up, stops = limit, -1, 0.0, 1, False, False
     for k in range(count):
-        found = next_event(model, s, start, k, last, 0.0)
+        found = next_event(model.friction, model, s, start, k, last, 0.0)
         steps += found.steps
         gave_up = gave_up or found.side == GAVE_UP
         if abs(found.side) == 1.0 and found.tau <= last and (first < 0 or found.tau < last):
-            last, first, side = found.tau, k, found.side
+            last, first, side, stops = found.tau, k, found.side, found.stops
     arriving = np.zeros(count)
-    hits = first >= 0 and s.bodies[first, MODE] == FLIGHT
+    hits = first >= 0 and s.bodies[first, MODE] == FLIGHT and not stops
     if hits:
         arriving[first] = side * s.bodies[first, SIDE]
     periods, time, x, v, bodies = all_after(model, s, start, last, arriving)
     if first >= 0 and not hits:
-        _release(model, bodies, first)
+        let_go(model.friction, model, bodies, first, side)
     v_before, loss = v, 0.0
     hits = bool(np.any(arriving != 0.0))
     if hits:
         v, loss = hit(model, v, bodies, arriving)
-    if hits or first < 0:
-        settle(model, segment_of_all(periods, time, x, v, bodies), TAIL)
+    if hits or stops or first < 0:
+        settle(model.friction, model, segment_of_all(periods, time, x, v, bodies), TAIL)
     if hits:
-        v = close(model, segment_of_all(periods, time, x, v, bodies))
+        v = close(model.friction, model, segment_of_all(periods, time, x, v, bodies))
         close_pinch(model, bodies)
     new = told(segment_of_all(periods, time, x, v, bodies), v_before, loss)
     happened = new.cause != NOTHING
     return Step(last, happened, gave_up, steps, new, begin(model, new))
 
 
-@compiled
-def _release(model, bodies, k):
-    """Let a mass leave its wall with all whose contact forces vanish with its own; in place."""
-    for j in range(len(bodies)):
-        alike = bodies[j, SIDE] == bodies[k, SIDE]
-        alike = alike and model.masses[j, GRAVITY] == model.masses[k, GRAVITY]
-        if bodies[j, MODE] == STICKING and alike:
-            bodies[j, CAUSE] = RELEASE
-    for j in range(len(bodies)):
-        if bodies[j, CAUSE] == RELEASE:
-            bodies[j, MODE], bodies[j, COMPLETION] = FLIGHT, LIFTS
-
-
-# What deviations become is a part of this model; it needs all that is above.
-from damper.models.several import sensitivity, tangent  # noqa: E402, F401
+# What friction does, and what deviations become, are parts of this model that need all the above.
+from damper.models.several import friction, sensitivity, tangent  # noqa: E402, F401

@@ -22,7 +22,7 @@ from damper.engine.oscillator import (
     oscillator,
 )
 from damper.engine.search import HORIZON, ROUNDOFF, point_at
-from damper.engine.segment import NOTHING, STICKING, TAIL, Segment
+from damper.engine.segment import NOTHING, RESTING, STICKING, TAIL, Segment
 from damper.models import rigid
 from damper.models.flights import Both, gap_of
 from damper.models.forces import drive_of
@@ -33,12 +33,26 @@ from damper.parameters import Parameters
 RATIO, CLEARANCE, GRAVITY, LEFT, RIGHT = range(5)
 #: Columns of `SeveralSegment.bodies`, as the fields of a `Segment`; the cause is one that is still
 #: to be told in a row of its own, the speed that of an impact at this instant, or minus that of a
-#: kick that is none: what sticks has left its wall, and is back.
-GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION = range(8)
-BODY = 8
+#: kick that is none: what sticks has left its wall, and is back. The way is the sign of a velocity
+#: less the primary's where that rubs, else 0.
+GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION, WAY = range(9)
+BODY = 9
 #: In place of a completion: the body has left its wall without a jump of the force just now, so
 #: both accelerations are the same, exactly.
 LIFTS = -1.0
+
+
+class NoFriction(NamedTuple):
+    """No free mass rubs on its box."""
+
+    none: float
+
+
+class Friction(NamedTuple):
+    """Dry friction of free masses and their boxes."""
+
+    accelerations: np.ndarray
+    """What it gives each of them while it slides."""
 
 
 class Several(NamedTuple):
@@ -60,6 +74,13 @@ class Several(NamedTuple):
     """Acceleration of a free mass by the force, over that of the primary."""
     masses: np.ndarray
     """A row each: mass ratio, clearance, gravity, restitution of the left and of the right wall."""
+    friction: Any
+    """`Friction`, or `NoFriction` where no mass rubs."""
+
+    @property
+    def rubs(self) -> bool:
+        """Whether any mass does."""
+        return isinstance(self.friction, Friction)
 
 
 class SeveralSegment(NamedTuple):
@@ -114,7 +135,13 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Several:
     heavier = 1.0 + total
     strength = drive.amplitude * (1.0 + total * drive.share) / heavier
     forcing, mass = drive.forcing, made.mass
-    if np.any(masses[:, GRAVITY] != 0.0):
+    friction = np.array([q.friction for q in each])
+    if friction.any() and drive.share:
+        raise ValueError(
+            f"friction = {float(friction.max())!r} with {p.forcing!r}: friction is not known in "
+            "the frame of a base that moves; give the force in that of the ground"
+        )
+    if np.any(masses[:, GRAVITY] != 0.0) or friction.any():
         forcing = WeighedForce(forcing, strength, 0.0)
     if drive.share:
         weighed = WeighedForce(drive.forcing, drive.share * drive.amplitude, 0.0)
@@ -130,6 +157,7 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Several:
         mass,
         drive.share,
         masses,
+        Friction(friction) if friction.any() else NoFriction(0.0),
     )
 
 
@@ -162,9 +190,25 @@ def _weighing_driven(mass, gravity):
 
 
 @compiled
-def mass_of(model: Several, k: int) -> Any:
-    """A free mass in flight."""
-    return _weighing(model.mass, float(model.masses[k, GRAVITY]))
+def mass_of(model: Several, k: int, way: float) -> Any:
+    """A free mass in flight, which rubs on its box where it goes a `way`."""
+    slowed = way * friction_of(model.friction, k)
+    return _weighing(model.mass, float(model.masses[k, GRAVITY]) + slowed)
+
+
+@by_class
+def friction_of(friction: Any, k: int) -> float:
+    """Acceleration that friction gives a free mass while it slides."""
+
+
+@friction_of.of(NoFriction)
+def _no_friction(friction, k):
+    return 0.0
+
+
+@friction_of.of(Friction)
+def _friction_of(friction, k):
+    return float(friction.accelerations[k])
 
 
 @compiled
@@ -178,7 +222,7 @@ def primary_with(model: Several, joined: float, pull: float) -> Oscillator:
 
 
 @compiled
-def view_of(model: Several, start: Start, k: int, ratio: float, side: float) -> Rigid:
+def view_of(model: Several, start: Start, k: int, ratio: float, side: float, way: float) -> Rigid:
     """The rigid damper whose free mass of this ratio is body `k`, and all that sticks primary.
 
     Its walls are as the one of this side.
@@ -192,7 +236,7 @@ def view_of(model: Several, start: Start, k: int, ratio: float, side: float) -> 
         model.tolerance,
         osc,
         osc,
-        mass_of(model, k),
+        mass_of(model, k, way),
     )
 
 
@@ -266,7 +310,7 @@ def _gap_of_driven(own, view, segment, way, change, tau):
 @compiled
 def is_joined(mode: float) -> bool:
     """Whether a free mass moves with the primary, or about the centre that the tail has."""
-    return mode in (STICKING, TAIL)
+    return mode in (STICKING, TAIL, RESTING)
 
 
 @declared.begin.of(Several)
@@ -282,6 +326,9 @@ def begin(model: Several, segment: SeveralSegment) -> Start:
             pull += ratio * float(model.masses[k, GRAVITY])
             if b[MODE] == TAIL:
                 carried += float(b[SIDE]) * ratio * float(b[RATE])
+        else:
+            rubs = float(b[WAY]) * friction_of(model.friction, k)
+            pull -= float(model.masses[k, RATIO]) * rubs
     osc = primary_with(model, joined, pull)
     phase = phase_at(osc.forcing, s.periods, s.time)
     primary = motion_from(osc, s.x, s.v - carried / (1.0 + joined), phase)
@@ -298,7 +345,7 @@ def _lifting_ballistic(mass, model, s, osc, primary):
     for k in range(len(s.bodies)):
         b = s.bodies[k]
         if b[COMPLETION] == LIFTS:
-            a = 0.0 - float(model.masses[k, GRAVITY])
+            a = mass_of(model, k, float(b[WAY])).acceleration
             return motion_at_release(osc, primary.x, primary.v, a, primary.phase)
     return primary
 

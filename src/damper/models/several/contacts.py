@@ -1,11 +1,13 @@
 """Simultaneous contacts of several free masses: impacts, and who stays on a wall and who leaves."""
 
 import math
+from typing import Any
 
 import numpy as np
 
 from damper.engine.bodies import acceleration_of
 from damper.engine.compiled import compiled
+from damper.engine.dispatch import by_class
 from damper.engine.forcing import phase_at
 from damper.engine.oscillator import motion_from
 from damper.engine.search import ROUNDOFF
@@ -17,11 +19,14 @@ from damper.models.several.bodies import (
     COMPLETION,
     FIRST,
     GAP,
+    GRAVITY,
+    LIFTS,
     MODE,
     RATE,
     RATIO,
     SIDE,
     SPEED,
+    NoFriction,
     Several,
     SeveralSegment,
     mass_of,
@@ -112,13 +117,17 @@ def hit(model: Several, v: float, bodies: np.ndarray, arriving: np.ndarray) -> t
     return v + change, loss
 
 
-@compiled
-def settle(model: Several, s: SeveralSegment, mode: float) -> None:
-    """Who stays on a wall and who leaves, of those with no relative velocity there; in place.
+@by_class
+def settle(friction: Any, model: Several, s: SeveralSegment, mode: float) -> None:
+    """Who stays at rest and who does not, of those with no relative velocity; in place.
 
-    Who stays that has not stuck before gets this mode. Only what is more than roundoff throws one
-    off that has.
+    Who stays on a wall that has not stuck before gets this mode. Only what is more than roundoff
+    throws one off that has.
     """
+
+
+@settle.of(NoFriction)
+def _settle(friction, model, s, mode):
     bodies, masses = s.bodies, model.masses
     count = len(bodies)
     sides, levels = np.zeros(count), np.zeros(count)
@@ -130,7 +139,7 @@ def settle(model: Several, s: SeveralSegment, mode: float) -> None:
             any_rests = True
             sides[k] = b[SIDE]
             y = s.x + b[SIDE] * masses[k, CLEARANCE]
-            levels[k] = b[SIDE] * acceleration_of(mass_of(model, k), y, s.v, phase)
+            levels[k] = b[SIDE] * acceleration_of(mass_of(model, k, 0.0), y, s.v, phase)
     if not any_rests:
         return
     alone = motion_from(model.free, s.x, s.v, phase)
@@ -151,3 +160,23 @@ def settle(model: Several, s: SeveralSegment, mode: float) -> None:
             b[COMPLETION] = 0.0
             if mode == STICKING:
                 b[CAUSE] = STICK
+
+
+@by_class
+def let_go(friction: Any, model: Several, bodies: np.ndarray, k: int, side: float) -> None:
+    """Let a mass that nothing holds any longer part from the primary; in place.
+
+    With all to which that happens at this instant. `side` is that of the search.
+    """
+
+
+@let_go.of(NoFriction)
+def _let_go(friction, model, bodies, k, side):
+    for j in range(len(bodies)):
+        alike = bodies[j, SIDE] == bodies[k, SIDE]
+        alike = alike and model.masses[j, GRAVITY] == model.masses[k, GRAVITY]
+        if bodies[j, MODE] == STICKING and alike:
+            bodies[j, CAUSE] = RELEASE
+    for j in range(len(bodies)):
+        if bodies[j, CAUSE] == RELEASE:
+            bodies[j, MODE], bodies[j, COMPLETION] = FLIGHT, LIFTS

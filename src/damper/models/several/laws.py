@@ -7,7 +7,7 @@ from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at, rate_of
 from damper.engine.oscillator import arrive, increments
 from damper.engine.search import HORIZON, ROUNDOFF
-from damper.engine.segment import IMPACT, NOTHING, STICKING, TAIL
+from damper.engine.segment import IMPACT, NOTHING, RESTING, STICKING, TAIL
 from damper.models.laws import (
     compare_masses,
     have_rigid_walls,
@@ -28,9 +28,11 @@ from damper.models.several.bodies import (
     RATIO,
     SIDE,
     SPEED,
+    WAY,
     Several,
     begin,
     flight_of,
+    friction_of,
     gap_after,
     is_joined,
     mass_of,
@@ -64,7 +66,7 @@ def _unclipped(model, s, start, tau):
             found[k, _SIZE] = abs(b[GAP]) + abs(b[RATE]) * tau
             continue
         seg = segment_of(s, start, k)
-        view = view_of(model, start, k, 0.0, seg.side)
+        view = view_of(model, start, k, 0.0, seg.side, float(b[WAY]))
         own = flight_of(view.mass, start, view, seg)
         gap, rate, roundoff = gap_after(own, view, seg, way, change, tau)
         # The bounces of a tail move the primary about the centre that it follows.
@@ -86,7 +88,7 @@ def _is_over(model, s, k, rebound):
     phase = phase_at(model.free.forcing, s.periods, s.time)
     y = s.x + float(s.bodies[k, SIDE] * model.masses[k, CLEARANCE])
     a = acceleration_of(model.free, s.x, s.v, phase)
-    b = acceleration_of(mass_of(model, k), y, s.v, phase)
+    b = acceleration_of(mass_of(model, k, 0.0), y, s.v, phase)
     return rebound <= model.tolerance * abs(a - b)
 
 
@@ -198,9 +200,14 @@ def _sample(model, s, found):
             # The free mass's velocity is a difference, with the roundoff of its terms.
             energy += ratio * abs(v - side * rate) * (abs(v) + abs(rate))
             energy += ratio * gravity * (abs(x) + clearance)
-            if s.bodies[j, MODE] == STICKING and not bounces:
+            held = s.bodies[j, MODE] in (STICKING, RESTING)
+            if held and not bounces:
                 y = x + side * clearance
-                pressed = side * (acceleration_of(mass_of(model, j), y, v, phase) - a)
+                pressed = side * (acceleration_of(mass_of(model, j, 0.0), y, v, phase) - a)
+                if s.bodies[j, MODE] == RESTING:
+                    pressed = -abs(pressed)
+                most = friction_of(model.friction, j)
+                pressed, gravity = pressed + most, gravity + most
                 speed = abs(v) + abs(s.v) + (force + abs(s.x)) * min(s.duration, 1.0)
                 size = force + gravity + 2.0 * model.free.damping * speed + abs(x) + abs(s.x)
                 tensile = violation(min(pressed, 0.0), size)

@@ -7,7 +7,7 @@ from damper.engine.compiled import compiled
 from damper.engine.completion import bounce_at
 from damper.engine.oscillator import arrive, increments
 from damper.engine.search import HORIZON, ROUNDOFF
-from damper.engine.segment import FLIGHT, IMPACT, STICKING, TAIL, clock_after
+from damper.engine.segment import FLIGHT, IMPACT, RESTING, STICKING, TAIL, clock_after
 from damper.models.several.bodies import (
     CAUSE,
     CLEARANCE,
@@ -18,6 +18,7 @@ from damper.models.several.bodies import (
     RATIO,
     SIDE,
     SPEED,
+    WAY,
     Several,
     SeveralSegment,
     Start,
@@ -57,10 +58,14 @@ def all_after(
         if is_joined(b[MODE]):
             continue
         seg = segment_of(s, start, k)
-        view = view_of(model, start, k, 0.0, seg.side)
+        view = view_of(model, start, k, 0.0, seg.side, float(b[WAY]))
         own = flight_of(view.mass, start, view, seg)
         gap, rate, roundoff = gap_after(own, view, seg, way, change, tau)
         width = 2.0 * view.clearance
+        if b[WAY] != 0.0:
+            # A slide goes one way; what is left of it where it stops is roundoff.
+            grows = -float(b[WAY]) * seg.side
+            rate = grows * max(grows * rate, 0.0)
         if arriving[k] == 0.0:
             if gap <= _TOGETHER * roundoff and rate < 0.0:
                 arriving[k] = seg.side
@@ -107,7 +112,7 @@ def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, flo
             carried += share * gap
             change += share * rate
             b[GAP], b[RATE] = gap, rate
-        elif is_joined(b[MODE]):
+        elif is_joined(b[MODE]) and b[MODE] != RESTING:
             b[GAP], b[RATE] = 0.0, 0.0
     for k in range(len(bodies)):
         b = bodies[k]

@@ -5,10 +5,12 @@ several that bounce as one, about the centre of all.
 """
 
 import math
+from typing import Any
 
 from damper.engine.compiled import compiled
+from damper.engine.dispatch import by_class
 from damper.engine.forcing import force_rates
-from damper.engine.segment import TAIL
+from damper.engine.segment import FLIGHT, TAIL
 from damper.models import response as declared
 from damper.models.several import bodies as several
 from damper.models.several.motion import bodies_in, state_in
@@ -60,6 +62,30 @@ def _gap_of_tail(model, segment, tau):
     return float(bodies[number, 0])
 
 
+@by_class
+def rubbed_in(friction: Any, model: Any, segment: Any, low: float, high: float) -> float:
+    """What dry friction takes in a part of a segment."""
+
+
+@rubbed_in.of(several.NoFriction)
+def _nothing_rubbed(friction, model, segment, low, high):
+    return 0.0
+
+
+@rubbed_in.of(several.Friction)
+def _rubbed_in(friction, model, segment, low, high):
+    # A slide goes one way.
+    _, _, before = bodies_in(model, segment, low)
+    _, _, after = bodies_in(model, segment, high)
+    lost = 0.0
+    for k in range(len(before)):
+        b = segment.bodies[k]
+        if b[several.MODE] == FLIGHT and b[several.WAY] != 0.0:
+            slid = abs(float(after[k, several.GAP] - before[k, several.GAP]))
+            lost += float(model.masses[k, several.RATIO]) * friction.accelerations[k] * slid
+    return lost
+
+
 @declared.integrate_segment.of(several.Several)
 def _integrate_segment(model, tables, segment, low, high, peak):
     s = segment
@@ -68,11 +94,12 @@ def _integrate_segment(model, tables, segment, low, high, peak):
     moving = declared.ShiftedOscillator(start.osc, start.primary, 0.0)
     found = declared.oscillation(moving, low, high, math.inf if ratio > 0.0 else peak)
     work = model.free.strength * (1.0 + start.joined * model.share) * found.work
+    rubbed = rubbed_in(model.friction, model, s, low, high)
     for k in range(len(s.bodies)):
         if not several.is_joined(s.bodies[k, several.MODE]):
             own = float(model.masses[k, several.RATIO]) * (1.0 + start.joined)
             seg = several.segment_of(s, start, k)
-            view = several.view_of(model, start, k, own, seg.side)
+            view = several.view_of(model, start, k, own, seg.side, 0.0)
             work += declared.work_in_flight(view.mass, view, seg, low, high)
     lost = 0.0
     if is_pinched(s.bodies):
@@ -80,7 +107,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
             _, _, bodies = bodies_in(model, s, tau)
             lost = lost_in_pinch(model, start, bodies) - lost
     found = declared.ResponseIntegrals(
-        found.square, found.speed_square, work, -lost, 0.0, 0.0, found.peak
+        found.square, found.speed_square, work, -lost, rubbed, 0.0, found.peak
     )
     if ratio == 0.0:
         return found

@@ -130,6 +130,6 @@ def _after(there, model, s, v):
         else:
             y = s.x + b[SIDE] * (model.masses[k, CLEARANCE] - b[GAP])
             u = s.v - b[SIDE] * b[RATE]
-            way, later = body_at(mass_of(there, k), y, u, phase, tau)
+            way, later = body_at(mass_of(there, k, 0.0), y, u, phase, tau)
             found[2 + 2 * k], found[3 + 2 * k] = way, later - u
     return found

@@ -1,12 +1,13 @@
 """The closed rest of complete chatter sequences, of one mass among several."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from damper.engine.bodies import WeightedSum, acceleration_of, start_point
 from damper.engine.compiled import compiled
+from damper.engine.dispatch import by_class
 from damper.engine.oscillator import motion_from
 from damper.engine.search import first_root
 from damper.engine.segment import FLIGHT, IMPACT, NOTHING, RELEASE, STICKING, TAIL
@@ -23,6 +24,8 @@ from damper.models.several.bodies import (
     RATIO,
     SIDE,
     SPEED,
+    WAY,
+    NoFriction,
     Several,
     SeveralSegment,
     Start,
@@ -36,7 +39,7 @@ from damper.models.several.bodies import (
 )
 
 #: Part of the tolerance that may be left of a sequence which others disturb: they prolong it.
-_NOTHING_LEFT = 1e-2
+NOTHING_LEFT = 1e-2
 
 
 class NextEvent(NamedTuple):
@@ -46,22 +49,34 @@ class NextEvent(NamedTuple):
     side: float
     """Of the search."""
     steps: int
+    stops: bool
+    """Whether it is that a slide stops."""
 
 
-@compiled
+@by_class
 def next_event(
-    model: Several, s: SeveralSegment, start: Start, k: int, last: float, margin: float
+    friction: Any,
+    model: Several,
+    s: SeveralSegment,
+    start: Start,
+    k: int,
+    last: float,
+    margin: float,
 ) -> NextEvent:
-    """When a body arrives at a wall, or within a margin of it, or is released; up to a time."""
+    """When a body arrives at a wall, or within a margin of it, or no longer rests; up to a time."""
+
+
+@next_event.of(NoFriction)
+def _next_event(friction, model, s, start, k, last, margin):
     seg = segment_of(s, start, k)
-    view = view_of(model, start, k, 0.0, seg.side)
+    view = view_of(model, start, k, 0.0, seg.side, 0.0)
     if seg.mode == STICKING:
         force = ContactForce(start.osc, view.mass, start.primary, seg.side)
         here = force_point(force, 0.0, 0.0, start.primary)
         largest = max(abs(here.value), abs(here.slope), abs(here.second), abs(here.third))
         if rests(here) or (here.growth == 0.0 and largest <= here.roundoff):
             # All hang at rest: what is left of a force that others' weights do not let vanish.
-            return NextEvent(last, 0.0, 1)
+            return NextEvent(last, 0.0, 1, False)
         lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
         root = first_root(force, here, math.inf, lifts_off, last, 0.0)
     else:
@@ -72,17 +87,21 @@ def next_event(
         here = start_point(moving)
         lifts_off = seg.gap == 0.0 and seg.gap_rate == 0.0 and here.second == 0.0
         root = first_root(moving, here, 2.0 * (view.clearance - margin), lifts_off, last, 0.0)
-    return NextEvent(root.point.tau + root.step, root.side, root.steps)
+    return NextEvent(root.point.tau + root.step, root.side, root.steps, False)
 
 
-@compiled
-def close(model: Several, s: SeveralSegment) -> float:
+@by_class
+def close(friction: Any, model: Several, s: SeveralSegment) -> float:
     """Close the chatter sequences that complete before anything else happens; in place.
 
     A sequence that has less than the tolerance left is at its end whatever the others do: masses
     that chatter on one wall kick each other off it, and come to rest at one instant. Returned is
     the primary's velocity.
     """
+
+
+@close.of(NoFriction)
+def _close(friction, model, s):
     bodies = s.bodies
     start = begin(model, s)
     any_rests = False
@@ -93,7 +112,7 @@ def close(model: Several, s: SeveralSegment) -> float:
             continue
         ratio = _chattering_with(model, bodies, k)
         seg = segment_of(s, start, k)
-        view = view_of(model, start, k, ratio, seg.side)
+        view = view_of(model, start, k, ratio, seg.side, 0.0)
         own = flight_of(view.mass, start, view, seg)
         left, error = completes(view, view.mass_ratio, seg, own)
         # The next bounce must turn before the other wall; a constant force lets it rise this high.
@@ -101,7 +120,7 @@ def close(model: Several, s: SeveralSegment) -> float:
         rise = 0.25 * seg.gap_rate * left * (1.0 - r)
         if not (error <= model.tolerance and rise <= view.clearance):
             continue
-        if left <= _NOTHING_LEFT * model.tolerance:
+        if left <= NOTHING_LEFT * model.tolerance:
             any_rests = True
         elif b[CAUSE] == IMPACT and _is_undisturbed(model, s, start, k, ratio, left, rise):
             for j in range(len(bodies)):
@@ -109,11 +128,11 @@ def close(model: Several, s: SeveralSegment) -> float:
                     bodies[j, MODE] = TAIL
                     bodies[j, COMPLETION] = left
             return s.v
-    return s.v + _rest(model, s, start) if any_rests else s.v
+    return s.v + rest_together(model, s, start) if any_rests else s.v
 
 
 @compiled
-def _rest(model, s, start):
+def rest_together(model: Several, s: SeveralSegment, start: Start) -> float:
     """Let all rest at once that have nothing left, in place; the change of the primary's velocity.
 
     That takes speed from those which have just kicked others off their wall. It would from all that
@@ -126,7 +145,7 @@ def _rest(model, s, start):
         last = float(np.sum(rests))
         heavier, pushed = 1.0 + start.joined, 0.0
         for k in range(len(bodies)):
-            if _has_nothing_left(model, s, start, k, change):
+            if has_nothing_left(model.friction, model, s, start, k, change):
                 rests[k] = 1.0
             ratio = float(rests[k] * model.masses[k, RATIO])
             heavier += ratio
@@ -134,6 +153,7 @@ def _rest(model, s, start):
         change = -pushed / heavier
     for k in range(len(bodies)):
         b = bodies[k]
+        b[WAY] = 0.0 if rests[k] == 1.0 else b[WAY]
         if rests[k] == 1.0 and b[CAUSE] == RELEASE:
             b[MODE], b[CAUSE], b[SPEED], b[RATE] = STICKING, NOTHING, -b[RATE], 0.0
         elif rests[k] == 1.0:
@@ -143,9 +163,18 @@ def _rest(model, s, start):
     return change
 
 
-@compiled
-def _has_nothing_left(model, s, start, k, change):
-    """Whether a body that something has happened to on a wall will bounce there for no time."""
+@by_class
+def has_nothing_left(
+    friction: Any, model: Several, s: SeveralSegment, start: Start, k: int, change: float
+) -> bool:
+    """Whether a body that something has happened to on a wall will bounce there for no time.
+
+    `change` is that of the primary's velocity by others which come to rest.
+    """
+
+
+@has_nothing_left.of(NoFriction)
+def _has_nothing_left(friction, model, s, start, k, change):
     b = s.bodies[k]
     if not (b[MODE] == FLIGHT and b[GAP] == 0.0 and b[CAUSE] != NOTHING):
         return False
@@ -154,9 +183,9 @@ def _has_nothing_left(model, s, start, k, change):
     if change != 0.0 and b[CAUSE] == IMPACT:
         r = max(rate, 0.0) / float(b[SPEED])
     y = s.x + side * float(model.masses[k, CLEARANCE])
-    own = acceleration_of(mass_of(model, k), y, s.v, start.primary.phase)
+    own = acceleration_of(mass_of(model, k, 0.0), y, s.v, start.primary.phase)
     pressed = side * (own - start.primary.a)
-    return 2.0 * abs(rate) <= _NOTHING_LEFT * model.tolerance * pressed * (1.0 - r)
+    return 2.0 * abs(rate) <= NOTHING_LEFT * model.tolerance * pressed * (1.0 - r)
 
 
 @compiled
@@ -208,9 +237,9 @@ def _is_undisturbed(model, s, start, k, ratio, left, rise):
         if near or (b[MODE] == STICKING and b[SIDE] == side) or b[MODE] == TAIL:
             return False
         # Between impacts a contact force is what it is without the mass that bounces.
-        found = next_event(
-            model, s, together if flies else start, j, left, margin if flies else 0.0
-        )
+        moving = together if flies else start
+        within = margin if flies else 0.0
+        found = next_event(model.friction, model, s, moving, j, left, within)
         if found.side != 0.0 and found.tau <= left:
             return False
     return True

@@ -98,7 +98,7 @@ def _over_time(model, s, low, high, deviations):
         deviations[1, c] = primary.vx * x + primary.vv * v
     for k in range(len(s.bodies)):
         place = 2 + 2 * k
-        flow = flow_of(mass_of(model, k), tau)
+        flow = flow_of(mass_of(model, k, 0.0), tau)
         for c in range(deviations.shape[1]):
             y, u = deviations[place, c], deviations[place + 1, c]
             if is_joined(s.bodies[k, MODE]):
@@ -159,7 +159,7 @@ def join_pinched(model: Several, s: SeveralSegment, deviations: np.ndarray) -> N
             j = k if bodies[k, RATE] < 0.0 else j
             bodies[k, MODE], bodies[k, GAP], bodies[k, RATE] = STICKING, 0.0, 0.0
     together = begin(model, s).primary
-    settle(model, segment_of_all(s.periods, s.time, s.x, together.v, bodies), TAIL)
+    settle(model.friction, model, segment_of_all(s.periods, s.time, s.x, together.v, bodies), TAIL)
     after = begin(model, segment_of_all(s.periods, s.time, s.x, together.v, bodies)).primary
     i = int(s.body)
     coming, leaving = times_over_gaps(s.bodies, i, j, turns_of(model, s.bodies, i, j))
@@ -170,7 +170,7 @@ def join_pinched(model: Several, s: SeveralSegment, deviations: np.ndarray) -> N
     deviations[1] += (together.a - after.a) * late
     for k in range(len(bodies)):
         if s.bodies[k, MODE] == TAIL:
-            own = acceleration_of(mass_of(model, k), 0.0, 0.0, after.phase)
+            own = acceleration_of(mass_of(model, k, 0.0), 0.0, 0.0, after.phase)
             own = after.a if is_joined(bodies[k, MODE]) else own
             deviations[3 + 2 * k] += (together.a - own) * late
 
@@ -223,12 +223,12 @@ def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
                 off = abs(bodies[k, SIDE] * (x - y) - late * speed)
                 parts = parts or off > _TOGETHER * (abs(x) + abs(y) + abs(late) * speed)
             if levels[k] > 0.0 and pushes[k] == 1.0:
-                own = acceleration_of(mass_of(model, k), 0.0, 0.0, after.phase)
+                own = acceleration_of(mass_of(model, k, 0.0), 0.0, 0.0, after.phase)
                 turned = levels[k] / bodies[k, SPEED]
                 change += ratios[k] * turned * (deviations[3 + 2 * k, c] - v + (own - a) * late)
         change /= heavier
         for k in range(count):
-            own = acceleration_of(mass_of(model, k), 0.0, 0.0, after.phase)
+            own = acceleration_of(mass_of(model, k, 0.0), 0.0, 0.0, after.phase)
             later = after.a if is_joined(bodies[k, MODE]) else own
             stuck = sides[k] != 0.0 and levels[k] == 0.0
             way, gained = 0.0, -(later - (a if stuck else own)) * late

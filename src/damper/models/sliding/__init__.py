@@ -11,21 +11,13 @@ import math
 from typing import Any, NamedTuple
 
 from damper.engine import model as declared
-from damper.engine.bodies import Ballistic, WeightedSum, start_point
+from damper.engine.bodies import Ballistic, start_point
 from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import horizon, may_jump, phase_at
 from damper.engine.impact import impact, law_at, restitution_at
 from damper.engine.model import Step
 from damper.engine.oscillator import Motion, Oscillator, advance, motion_from
-from damper.engine.search import (
-    GAVE_UP,
-    HORIZON,
-    ROUNDOFF,
-    EventPoint,
-    first_root,
-    point_at,
-    rates_of,
-)
+from damper.engine.search import GAVE_UP, HORIZON, first_root, point_at
 from damper.engine.segment import (
     FLIGHT,
     NOTHING,
@@ -43,7 +35,8 @@ from damper.engine.segment import (
     segment_after,
 )
 from damper.models import flights, rigid, walls
-from damper.models.rigid import ContactForce, Rigid, force_point
+from damper.models.friction import Hold, Speed, hold_at_start, speed_point
+from damper.models.rigid import ContactForce, Rigid
 from damper.parameters import Parameters
 
 
@@ -91,83 +84,6 @@ declared.mass_ratio_at.like(Sliding, Rigid)
 walls.centre.like(Sliding, Rigid)
 
 
-class Hold(NamedTuple):
-    """What friction has left to hold the free mass at rest, as the search sees it.
-
-    Contact force in sticking over the free mass, plus the largest friction: on a wall the masses
-    part where it vanishes, off the walls also where it is twice the largest friction.
-    """
-
-    force: ContactForce
-    friction: float
-
-
-@compiled
-def _with_friction(p, friction):
-    return EventPoint(
-        p.tau,
-        p.value + friction,
-        p.slope,
-        p.second,
-        p.third,
-        p.fourth,
-        p.fifth,
-        p.bound4,
-        p.growth,
-        p.roundoff + ROUNDOFF * friction,
-        p.state,
-    )
-
-
-@point_at.of(Hold)
-def _point_of_hold(moving, tau):
-    return _with_friction(point_at(moving.force, tau), moving.friction)
-
-
-@rates_of.of(Hold)
-def _rates_of_hold(moving):
-    return rates_of(moving.force)
-
-
-class Speed(NamedTuple):
-    """The relative speed in a slide, as the search sees it."""
-
-    gap: WeightedSum
-    """That grows in the slide: its rate is the speed."""
-
-
-@compiled
-def _speed_point(moving, p):
-    gap = moving.gap
-    _, _, coupling = rates_of(gap)
-    size = abs(gap.slope) + abs(p.slope)
-    size += (abs(gap.acceleration) + abs(gap.terms.start.a) + abs(p.state.a)) * p.tau
-    return EventPoint(
-        p.tau,
-        p.slope,
-        p.second,
-        p.third,
-        p.fourth,
-        p.fifth,
-        0.0,
-        # The bound on the gap's fourth derivative makes one on its fifth.
-        p.growth + coupling * p.bound4,
-        coupling * p.growth,
-        ROUNDOFF * size,
-        p.state,
-    )
-
-
-@point_at.of(Speed)
-def _point_of_speed(moving, tau):
-    return _speed_point(moving, point_at(moving.gap, tau))
-
-
-@rates_of.of(Speed)
-def _rates_of_speed(moving):
-    return rates_of(moving.gap)
-
-
 @compiled
 def _hold(model: Sliding, s: Segment) -> Hold:
     """What holds the free mass at rest in a state without a relative velocity."""
@@ -177,18 +93,13 @@ def _hold(model: Sliding, s: Segment) -> Hold:
 
 
 @compiled
-def _hold_at_start(hold: Hold) -> EventPoint:
-    return _with_friction(force_point(hold.force, 0.0, 0.0, hold.force.start), hold.friction)
-
-
-@compiled
 def _room(model: Sliding, gap: float) -> float:
     """Width within which what is left of friction holds: a wall holds whatever presses on it."""
     return math.inf if gap == 0.0 else 2.0 * model.friction
 
 
 @compiled
-def _holds(point: EventPoint, width: float) -> bool:
+def _holds(point, width):
     """Whether the free mass stays at rest; on the brink the first derivative decides that acts."""
     if point.value > 0.0 and point.value < width:
         return True
@@ -209,7 +120,7 @@ def direction(model: Sliding, s: Segment) -> float:
     if s.gap_rate != 0.0:
         return -s.side if s.gap_rate > 0.0 else s.side
     # The masses' common acceleration leaves the free mass behind.
-    force = _hold_at_start(_hold(model, s)).value - model.friction
+    force = hold_at_start(_hold(model, s)).value - model.friction
     if s.gap == 0.0 or force < 0.0:
         return -s.side
     return s.side
@@ -287,7 +198,7 @@ def _initial_segment(model, periods, time, x, v, y, u):
 @compiled
 def _settled(model, s):
     """A segment that begins without a relative velocity: the masses rest, or slide."""
-    if not _holds(_hold_at_start(_hold(model, s)), _room(model, s.gap)):
+    if not _holds(hold_at_start(_hold(model, s)), _room(model, s.gap)):
         return s
     on_wall = s.gap == 0.0
     mode = STICKING if on_wall else RESTING
@@ -341,7 +252,7 @@ def _rest(model, s):
     width = _room(model, s.gap)
     tau, outcome, steps = limit, flights.NO_EVENT, 1
     if s.side != 0.0:
-        point = _hold_at_start(hold)
+        point = hold_at_start(hold)
         if not _holds(point, width) and _is_over(point, width, model.stuck.forcing):
             return flights.End(0.0, flights.EVENT, 0.0, s.x, s.v, s.gap, 0.0, 1)
         root = first_root(hold, point, width, False, limit, 0.0)
@@ -365,7 +276,7 @@ def _slide(model, s, slide):
     """A slide, up to an impact or to where the relative velocity vanishes."""
     limit = min(HORIZON, horizon(model.free.forcing, slide.start.phase))
     speed = Speed(flights.gap_of(slide, model, s, -slide.sigma * s.side))
-    first = _speed_point(speed, start_point(speed.gap))
+    first = speed_point(speed, start_point(speed.gap))
     stop = first_root(speed, first, math.inf, False, limit, 0.0)
     stops = math.inf
     if stop.side == 1.0 and stop.point.tau + stop.step <= limit:
@@ -411,7 +322,7 @@ def _over_impact(model, s, end, gave_up):
     new = walls.after_impact(periods, time, end, v, rate, speed, first_speed, FLIGHT, 0.0)
     start = _begin(model, new)
     if rate == 0.0:
-        if _holds(_hold_at_start(_hold(model, new)), math.inf):
+        if _holds(hold_at_start(_hold(model, new)), math.inf):
             new = walls.after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, 0.0)
     else:
         left, error = time_to_completion(model, new, start)

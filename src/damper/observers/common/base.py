@@ -1,7 +1,8 @@
 """What all observers share: settings, arrays, the window, what counts as visible."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
 from types import SimpleNamespace
 from typing import Any, ClassVar, NamedTuple
 
@@ -12,7 +13,7 @@ from damper.engine.model import count_masses, speeds_in_tail
 from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.settings import Setting
-from damper.parameters.models import ONE_MASS, name_of, unknown_model
+from damper.parameters.models import ONE_MASS, models_of, unknown_model
 from damper.parameters.quantities import unknown_name
 from damper.parameters.variables import NO_VALUE, Variable
 
@@ -110,14 +111,14 @@ class Observer:
         """Coordinate values of the observer's own dimensions; none by default."""
         return {}
 
-    def refusals(self, model: str, masses: int = 1) -> dict[str, tuple[str, str]]:
-        """Why it cannot observe a damper of this model, by the setting; "" is the observer.
+    def refusals(self, models: Iterable[str], masses: int = 1) -> dict[str, tuple[str, str]]:
+        """Why it cannot observe a damper of these models, by the setting; "" is the observer.
 
         With each reason goes what to give; "" is another model.
         """
-        found = {}
-        for name, known in self._known.items():
-            if model in known:
+        found: dict[str, tuple[str, str]] = {}
+        for model, (name, known) in product(models, self._known.items()):
+            if model in known or name in found:
                 continue
             if model == "several" and "bodies" in self.settings and {*known} >= {*ONE_MASS}:
                 if not self.bodies:
@@ -130,7 +131,7 @@ class Observer:
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run, by its number; observers add what they need for it."""
         model = trajectory.model
-        for reason, way in self.refusals(name_of(model), count_masses(model)).values():
+        for reason, way in self.refusals(models_of(model), count_masses(model)).values():
             raise ValueError(f"{reason}: give {way}" if way else reason)
         self._run = run
         self._model = model

@@ -1,6 +1,6 @@
 """An observer of one free mass, of each of several that its setting `bodies` lists."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from copy import copy
 from dataclasses import replace
 from typing import Any, ClassVar
@@ -41,9 +41,9 @@ class OfEachBody(Observer):
         """That of the observers."""
         return self._observers[0].name
 
-    def refusals(self, model: str, masses: int = 1) -> dict[str, tuple[str, str]]:
+    def refusals(self, models: Iterable[str], masses: int = 1) -> dict[str, tuple[str, str]]:
         """What the observers say."""
-        return self._observers[0].refusals(model, masses)
+        return self._observers[0].refusals(models, masses)
 
     @property
     def variables(self) -> list[Variable]:

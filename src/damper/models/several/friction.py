@@ -1,0 +1,290 @@
+"""Dry friction of several free masses: who slides and which way, who rests, and until when.
+
+All that rest, on a wall or off it, have the primary's acceleration a. What a mass does to the
+primary is a monotone function of a: what moves with it as long as friction and wall hold it, and
+the largest friction beyond that. So there is one a, and with it one set of masses that rest.
+"""
+
+import math
+
+import numpy as np
+
+from damper.engine.bodies import start_point
+from damper.engine.compiled import compiled
+from damper.engine.forcing import phase_at
+from damper.engine.oscillator import motion_from
+from damper.engine.search import GAVE_UP, ROUNDOFF, EventPoint, first_root
+from damper.engine.segment import (
+    FLIGHT,
+    IMPACT,
+    NOTHING,
+    RELEASE,
+    REST,
+    RESTING,
+    REVERSAL,
+    SLIP,
+    STICK,
+    STICKING,
+)
+from damper.models.flights import VANISHES, gap_of
+from damper.models.friction import Hold, Speed, hold_at_start, speed_point
+from damper.models.rigid import ContactForce
+from damper.models.several.bodies import (
+    CAUSE,
+    COMPLETION,
+    FIRST,
+    GAP,
+    GRAVITY,
+    LIFTS,
+    MODE,
+    RATE,
+    RATIO,
+    SIDE,
+    SPEED,
+    WAY,
+    Friction,
+    begin,
+    flight_of,
+    friction_of,
+    is_joined,
+    mass_of,
+    restitution_of,
+    segment_of,
+    view_of,
+)
+from damper.models.several.contacts import let_go, settle
+from damper.models.several.tails import (
+    NOTHING_LEFT,
+    NextEvent,
+    close,
+    has_nothing_left,
+    next_event,
+    rest_together,
+)
+
+# --- who rests
+
+
+@compiled
+def common_acceleration(
+    free: float, ratios: np.ndarray, levels: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> float:
+    """Acceleration of the primary and of all that rest relative to it.
+
+    Parameters
+    ----------
+    free : float
+        That of the primary without them.
+    ratios, levels : ndarray
+        Mass ratios, and accelerations of masses that nothing holds.
+    low, high : ndarray
+        Least and largest acceleration that friction and a wall can give a mass beyond its level.
+        Equal ones are of a mass that is not asked.
+
+    Notes
+    -----
+    It solves a = free - sum of ratio min(max(a - level, low), high), whose sides part
+    monotonically, in straight pieces from bend to bend.
+    """
+    lower, upper = -math.inf, math.inf
+    count = len(ratios)
+    for k in range(2 * count):
+        j = k // 2
+        bend = float(levels[j] + (low[j] if k % 2 == 0 else high[j]))
+        if low[j] == high[j] or math.isinf(bend):
+            continue
+        excess = bend - free
+        for i in range(count):
+            excess += float(ratios[i] * min(max(bend - levels[i], low[i]), high[i]))
+        if excess <= 0.0:
+            lower = max(lower, bend)
+        if excess >= 0.0:
+            upper = min(upper, bend)
+    a, heavier = free, 1.0
+    for k in range(count):
+        if levels[k] + high[k] <= lower:
+            a -= float(ratios[k] * high[k])
+        elif levels[k] + low[k] >= upper:
+            a -= float(ratios[k] * low[k])
+        elif low[k] < high[k]:
+            a += float(ratios[k] * levels[k])
+            heavier += float(ratios[k])
+    return a / heavier
+
+
+@settle.of(Friction)
+def _settle(friction, model, s, mode):
+    bodies = s.bodies
+    count = len(bodies)
+    _turn(friction, bodies)
+    phase = phase_at(model.free.forcing, s.periods, s.time)
+    free = motion_from(model.free, s.x, s.v, phase).a
+    ratios, levels = model.masses[:, RATIO], np.zeros(count)
+    low, high = np.zeros(count), np.zeros(count)
+    for k in range(count):
+        b = bodies[k]
+        most, on_wall = friction_of(friction, k), b[GAP] == 0.0
+        leaves = b[CAUSE] in (RELEASE, SLIP)
+        if is_joined(b[MODE]) or (b[RATE] == 0.0 and (on_wall or most > 0.0) and not leaves):
+            levels[k] = -model.masses[k, GRAVITY]
+            low[k] = -math.inf if on_wall and b[SIDE] > 0.0 else -most
+            high[k] = math.inf if on_wall and b[SIDE] < 0.0 else most
+        else:
+            free += float(b[WAY] * ratios[k]) * most
+    a = common_acceleration(free, ratios, levels, low, high)
+    size = abs(free) + abs(s.x) + 2.0 * model.free.damping * abs(s.v)
+    for k in range(count):
+        if low[k] < high[k]:
+            beyond = max(low[k] - (a - levels[k]), (a - levels[k]) - high[k])
+            way = -1.0 if a - levels[k] > high[k] else 1.0
+            way = way if friction_of(friction, k) > 0.0 else 0.0
+            slack = VANISHES * ROUNDOFF * (size + abs(levels[k]) + friction_of(friction, k))
+            _decide(bodies[k], beyond, slack, way, mode)
+
+
+@compiled
+def _decide(b, beyond, slack, way, mode):
+    """Let a mass rest, or slide that is asked for more than what holds it; in place."""
+    on_wall = b[GAP] == 0.0
+    if is_joined(b[MODE]):
+        if b[CAUSE] == NOTHING and beyond > slack:
+            b[MODE], b[WAY] = FLIGHT, way
+            b[CAUSE] = RELEASE if on_wall else SLIP
+            b[FIRST] = 0.0 if on_wall else b[FIRST]
+    elif beyond > 0.0:
+        if b[CAUSE] == NOTHING and b[WAY] == -way:
+            b[CAUSE] = REVERSAL
+        b[WAY] = way
+    else:
+        b[MODE] = mode if on_wall else RESTING
+        b[WAY], b[COMPLETION] = 0.0, 0.0
+        if not on_wall:
+            b[CAUSE] = REST
+        elif mode == STICKING:
+            b[CAUSE] = STICK
+
+
+@compiled
+def _turn(friction, bodies):
+    """Let all that move relative to the primary slide that way; in place."""
+    for k in range(len(bodies)):
+        b = bodies[k]
+        if b[RATE] == 0.0 or friction_of(friction, k) == 0.0:
+            continue
+        way = -b[SIDE] if b[RATE] > 0.0 else b[SIDE]
+        if b[MODE] == RESTING:  # another one's impact moves its box
+            b[MODE], b[CAUSE] = FLIGHT, SLIP
+        elif b[WAY] == -way and b[CAUSE] == NOTHING:
+            b[CAUSE] = REVERSAL
+        b[WAY] = way
+
+
+# --- what happens next
+
+
+@next_event.of(Friction)
+def _next_event(friction, model, s, start, k, last, margin):
+    b = s.bodies[k]
+    seg = segment_of(s, start, k)
+    if is_joined(seg.mode):
+        hold = Hold(
+            ContactForce(start.osc, mass_of(model, k, 0.0), start.primary, seg.side),
+            friction_of(friction, k),
+        )
+        here = hold_at_start(hold)
+        width = 2.0 * hold.friction if seg.mode == RESTING else math.inf
+        if _is_balanced(here, width):
+            return NextEvent(last, 0.0, 1, False)
+        lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
+        root = first_root(hold, here, width, lifts_off, last, 0.0)
+        return NextEvent(root.point.tau + root.step, root.side, root.steps, False)
+    view = view_of(model, start, k, 0.0, seg.side, float(b[WAY]))
+    own = flight_of(view.mass, start, view, seg)
+    steps, stops = 0, False
+    if b[WAY] != 0.0:
+        speed = Speed(gap_of(own, view, seg, -float(b[WAY]) * seg.side))
+        stop = first_root(
+            speed, speed_point(speed, start_point(speed.gap)), math.inf, False, last, 0.0
+        )
+        steps = stop.steps
+        if stop.side == GAVE_UP:
+            return NextEvent(last, GAVE_UP, steps, False)
+        if stop.side == 1.0 and stop.point.tau + stop.step <= last:
+            stops, last = True, stop.point.tau + stop.step
+    gap = gap_of(own, view, seg, 1.0)
+    here = start_point(gap)
+    lifts_off = seg.gap == 0.0 and seg.gap_rate == 0.0 and here.second == 0.0
+    root = first_root(gap, here, 2.0 * view.clearance, lifts_off, last, 0.0)
+    steps += root.steps
+    tau = root.point.tau + root.step
+    if root.side == GAVE_UP or (root.side != 0.0 and tau <= last):
+        return NextEvent(tau, root.side, steps, False)
+    return NextEvent(last, 1.0 if stops else 0.0, steps, stops)
+
+
+@compiled
+def _is_balanced(here: EventPoint, width: float) -> bool:
+    """Whether all that holds a mass is just enough, and stays so."""
+    least = min(abs(here.value), abs(width - here.value))
+    largest = max(least, abs(here.slope), abs(here.second), abs(here.third))
+    return here.growth == 0.0 and largest <= here.roundoff
+
+
+@let_go.of(Friction)
+def _let_go(friction, model, bodies, k, side):
+    b = bodies[k]
+    stops, rate = b[MODE] == FLIGHT, float(b[SIDE] * b[RATE])
+    way = float(b[WAY] if stops else -side * b[SIDE])
+    most = _acceleration(friction, model, k, way)
+    for j in range(len(bodies)):
+        c = bodies[j]
+        if _acceleration(friction, model, j, way) != most:
+            continue
+        if stops:
+            if c[MODE] == FLIGHT and c[WAY] == way and c[SIDE] * c[RATE] == rate:
+                c[CAUSE] = REST
+        elif is_joined(c[MODE]) and (c[MODE] == RESTING or way == -c[SIDE]):
+            c[CAUSE] = RELEASE if c[MODE] == STICKING else SLIP
+            c[WAY] = way if friction_of(friction, j) > 0.0 else 0.0
+            c[MODE], c[COMPLETION] = FLIGHT, LIFTS
+    for j in range(len(bodies)):
+        if bodies[j, CAUSE] == REST:
+            bodies[j, RATE], bodies[j, CAUSE] = 0.0, NOTHING
+
+
+@compiled
+def _acceleration(friction, model, k, way):
+    """Of a mass that slides this way."""
+    return -float(model.masses[k, GRAVITY]) - way * friction_of(friction, k)
+
+
+# --- chatter
+
+
+@close.of(Friction)
+def _close(friction, model, s):
+    # What the others do meanwhile is not known ahead: each impact moves those that rest.
+    start = begin(model, s)
+    any_rests = False
+    for k in range(len(s.bodies)):
+        any_rests = any_rests or has_nothing_left(friction, model, s, start, k, 0.0)
+    return s.v + rest_together(model, s, start) if any_rests else s.v
+
+
+@has_nothing_left.of(Friction)
+def _has_nothing_left(friction, model, s, start, k, change):
+    b = s.bodies[k]
+    if not (b[MODE] == FLIGHT and b[GAP] == 0.0 and b[CAUSE] != NOTHING):
+        return False
+    side, most = float(b[SIDE]), friction_of(friction, k)
+    r, rate = restitution_of(model, k, side), float(b[RATE]) + side * change
+    if change != 0.0 and b[CAUSE] == IMPACT:
+        r = max(rate, 0.0) / float(b[SPEED])
+    # What presses on the way out and on the way back.
+    joined = 1.0 + start.joined
+    out = side * (_acceleration(friction, model, k, float(b[WAY])) - start.primary.a)
+    back = out - 2.0 * (joined + float(model.masses[k, RATIO])) / joined * most
+    if not back > 0.0 or r * math.sqrt(back / out) >= 1.0:
+        return False
+    left = abs(rate) * (1.0 / out + 1.0 / math.sqrt(out * back))
+    return left <= NOTHING_LEFT * model.tolerance * (1.0 - r * math.sqrt(back / out))

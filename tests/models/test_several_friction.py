@@ -1,0 +1,273 @@
+"""Dry friction of several free masses: against many digits, each rule in a scene of its own."""
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from cases import thinned
+from event_pairs import BOUNCE, KINDS
+from forced_scenes import ERROR, FORCES, INERTIAL
+from scenes import QUIET
+from scipy.optimize import brentq
+from several_scenes import length_of, rubbing_error, rubbing_scene
+
+from damper import Base, Parameters, SIParameters, State, events, periodic_orbit, simulate
+from damper.engine.compiled import plain
+from damper.engine.model import read_segment
+from damper.engine.segment import CAUSE, DURATION, IMPACT, RESTING, STICKING, V_BEFORE
+from damper.models import start_run
+from damper.models.several.bodies import MODE
+from damper.models.several.friction import common_acceleration
+from damper.observers.common.laws import broken
+from damper.sweep.runs import run_points
+
+STICK, RELEASE, STOPPED, REST, SLIP, REVERSAL = range(1, 7)
+#: The primary swings freely.
+CALM: dict[str, Any] = {"damping_ratio": 0.0, "frequency_ratio": 1.0, "force_amplitude": 0.0}
+
+
+def damper_of(*masses: dict[str, float], **given: float) -> Parameters:
+    values = {"mass_ratio": 0.1, "clearance": 5.0, "restitution": 0.5} | CALM | given
+    return Parameters(**values, masses=masses)
+
+
+def told(table: np.ndarray) -> list[tuple[int, int, int]]:
+    return [(row["kind"], row["body"], row["side"]) for row in table]
+
+
+# --- against many digits
+
+DRIVEN = [force for force in FORCES if force not in INERTIAL]
+CASES = [(force, seed) for force in DRIVEN for seed in range(3)]
+
+
+@pytest.mark.parametrize(("force", "seed"), thinned(CASES, lambda case: case[1] == 1))
+@plain
+def test_events_against_many_digits(force: str, seed: int) -> None:
+    values, state = rubbing_scene(force, seed)
+    assert rubbing_error(values, state, length_of(values, state)) < ERROR
+
+
+@pytest.mark.exhaustive
+@plain
+def test_many_random_scenes() -> None:
+    """All that happens: among it two that rest, of which one breaks away, and what is kicked."""
+    happened: set[str] = set()
+    for force in DRIVEN:
+        for seed in range(60 if force == "harmonic" else 20):
+            values, state = rubbing_scene(force, seed)
+            until = length_of(values, state)
+            assert rubbing_error(values, state, until) < ERROR, (force, seed)
+            happened |= _happened_in(values, state, until)
+    assert happened >= {"stick", "release", "rest", "slip", "reversal"}
+    assert happened >= {"two rest", "one of two breaks away", "kick"}
+
+
+def _happened_in(values: dict[str, Any], state: tuple, until: float) -> set[str]:
+    names = {code: name for name, code in KINDS.items()}
+    run, found = start_run(Parameters(**values), State(*state)), set()
+    for log in run.segments(*run.whole_periods(until)):
+        rows = [read_segment(run.model, row) for row in log]
+        for s, after in pairwise(rows):
+            rests = [np.count_nonzero(r.bodies[:, MODE] == RESTING) for r in (s, after)]
+            found.add(names.get(int(after.cause), ""))
+            if rests[0] >= 2:
+                found.add("two rest")
+            if rests == [2, 1] and after.cause == SLIP:
+                found.add("kick" if after.gap_rate else "one of two breaks away")
+            if after.cause == SLIP and after.gap_rate:
+                found.add("kick")
+    return found
+
+
+# --- limits
+
+
+@plain
+def test_one_of_them_is_the_damper_with_friction() -> None:
+    """But for the impacts that its closed tails stand for."""
+    for friction in (0.02, 0.1, 0.4):
+        for gravity in (0.0, 0.05):
+            given = QUIET | {"friction": friction, "gravity": gravity, "restitution": 0.5}
+            alone = events(Parameters(**given), until=30.0)
+            several = events(Parameters(**given, masses=[{}]), until=30.0)
+            k = 0
+            for row in alone:
+                while row["kind"] == STICK and several["kind"][k] in map(KINDS.get, BOUNCE):
+                    k += 1
+                same = several[k]
+                assert (same["kind"], same["side"]) == (row["kind"], row["side"])
+                for name in ("time", "x", "v", "approach_speed"):
+                    assert same[name] == pytest.approx(row[name], abs=2e-12)
+                k += 1
+
+
+@pytest.mark.parametrize("count", [2, 5])
+@plain
+def test_equal_masses_in_step_are_one(count: int) -> None:
+    """They rest, break away, slide and stick together, number by number."""
+    kinds: set[int] = set()
+    for friction in (0.005, 0.05):
+        given = QUIET | {"friction": friction}
+        one = events(Parameters(**given, masses=[{}]), until=40.0)
+        masses = [{"mass_ratio": given["mass_ratio"] / count}] * count
+        many = events(Parameters(**given, masses=masses), until=40.0)
+        kinds |= set(one["kind"])
+        for body in range(count):
+            own = many[many["body"] == body]
+            assert np.array_equal(own["kind"], one["kind"])
+            for name in ("time", "x", "v", "approach_speed"):
+                assert own[name] == pytest.approx(one[name], abs=2e-12)
+    assert kinds == {0, STICK, RELEASE, REST, SLIP, REVERSAL}
+
+
+@plain
+def test_energy_balance_and_laws() -> None:
+    """To 1e-12 of the turnover, friction's part with it."""
+    observers = {"response": {"friction_loss": True}, "laws": {}}
+    for seed, force in enumerate(("harmonic", "base in the ground's frame", "record of a force")):
+        values, state = rubbing_scene(force, seed)
+        ask = {"transient": 0, "periods": 1, "max_events": 5000}
+        arrays, _ = run_points([values], observers, state=State(*state), **ask)
+        assert not broken(arrays).any(), force
+        found = {name: float(array[0]) for name, array in arrays.items() if array.ndim == 1}
+        losses = found["dashpot_loss"] + found["impact_loss"] + found["friction_loss"]
+        assert found["status"] == 0
+        assert found["friction_loss"] > 0.0
+        assert abs(found["energy_residual"]) < 1e-12 * (abs(found["energy_input"]) + losses)
+
+
+@plain
+def test_momentum_is_kept_at_impacts() -> None:
+    p = Parameters(**QUIET | {"friction": 0.005}, unit_count=3, clearance_spread=0.3)
+    run = start_run(p)
+    ratios, hits = run.model.masses[:, 0], 0
+    for log in run.segments(4.0):
+        for row, following in pairwise(log):
+            if following[CAUSE] != IMPACT or row[DURATION] == 0.0:
+                continue
+            _, v, _, u = run.state_in(row, row[DURATION])
+            _, after, _, rebound = run.state_in(following, 0.0)
+            assert v == pytest.approx(following[V_BEFORE], abs=1e-13)
+            assert after + ratios @ rebound == pytest.approx(v + ratios @ u, abs=1e-14)
+            hits += 1
+    assert hits > 10
+
+
+# --- rules
+
+
+def test_one_breaks_away_while_another_stays() -> None:
+    """All three swing as one from x = 0 on; the weaker friction gives way first."""
+    p = damper_of({"friction": 0.2}, {"friction": 0.5, "mass_ratio": 0.4})
+    omega = 1.0 / math.sqrt(1.5)
+    table = plain(events)(p, State(0.0, 0.5, [0.0, 1.0], [0.5, 0.5]), until=2.0)
+    assert told(table) == [(REST, 0, 0), (REST, 1, 0), (SLIP, 0, 0)]
+    assert table["time"][2] == pytest.approx(math.asin(0.2 / (0.5 * omega)) / omega, rel=1e-13)
+    [log] = plain(_log)(p, State(0.0, 0.5, [0.0, 1.0], [0.5, 0.5]), 2.0)
+    assert log[-1].bodies[:, MODE].tolist() == [0.0, RESTING]
+
+
+def test_an_impact_moves_a_mass_that_rests() -> None:
+    """Friction gives no impulse: the box moves, and the mass goes on as it was."""
+    p = damper_of({"friction": 0.5}, {"friction": 0.0, "mass_ratio": 0.3, "clearance": 1.0})
+    table = plain(events)(p, State(0.0, 0.0, [2.0, 0.0], [0.0, 1.0]), until=1.1)
+    assert told(table) == [(REST, 0, 0), (0, 1, 1), (SLIP, 0, 0)]
+    assert table["time"][1] == table["time"][2] == pytest.approx(1.0, abs=1e-15)
+    assert table["v"][1:] == pytest.approx(0.3 * 1.5 / 1.3, abs=1e-15)
+
+
+def test_a_mass_that_stops_lets_another_one_break_away() -> None:
+    """It pushes the primary no more: x'' jumps from about 0 to what is beyond the other's hold."""
+    p = damper_of({"friction": 1.0, "mass_ratio": 1.0}, {"friction": 0.2})
+    table = plain(events)(p, State(1.0, 0.0, [1.0, 1.0], [0.5, 0.0]), until=0.6)
+    assert told(table) == [(REST, 1, 0), (REST, 0, 0), (SLIP, 1, 0)]
+    assert table["time"][1] == table["time"][2]
+
+
+def test_a_mass_that_rests_on_a_wall_and_one_off_it() -> None:
+    """Of one mass and one friction: the wall holds the first one as long as it presses."""
+    p = damper_of({"friction": 0.2}, {"friction": 0.2}, clearance=1.0)
+    table = plain(events)(p, State(-0.6, 0.0, [-1.6, -0.6], [0.0, 0.0]), until=2.4)
+    # At x = -0.6 the left wall pushes one to the right, and friction does not hold the other.
+    assert told(table)[:1] == [(STICK, 0, -1)]
+    released = table[(table["kind"] == RELEASE) & (table["body"] == 0)]
+    [log] = plain(_log)(p, State(-0.6, 0.0, [-1.6, -0.6], [0.0, 0.0]), float(released["time"][0]))
+    assert log[-2].bodies[0, MODE] == STICKING
+    assert log[0].bodies[1, MODE] == 0.0
+
+
+def test_weight_and_friction_that_are_equal_hold() -> None:
+    """On the brink for good: with the primary where it hangs, nothing ever happens."""
+    p = damper_of({"friction": 0.25}, {"friction": 0.5}, gravity=0.25)
+    hangs = -0.25 * 0.2
+    table = plain(events)(p, State(hangs, 0.0, [0.0, 1.0], [0.0, 0.0]), until=50.0)
+    assert told(table) == [(REST, 0, 0), (REST, 1, 0)]
+
+
+def test_the_common_acceleration_is_the_only_root() -> None:
+    """Of a monotone function: against bisection, on random masses, walls and frictions."""
+    random = np.random.default_rng(5)
+    for _ in range(300):
+        count = int(random.integers(1, 6))
+        ratios, levels = random.uniform(0.01, 2.0, count), random.normal(size=count)
+        most = random.uniform(0.0, 1.0, count) * (random.random(count) < 0.8)
+        low, high = -most, most.copy()
+        for k, side in enumerate(random.integers(-1, 2, count)):
+            low[k] = -math.inf if side > 0 else low[k]
+            high[k] = math.inf if side < 0 else high[k]
+        free = float(random.normal())
+
+        def excess(a: float, *of: Any) -> float:
+            free, ratios, levels, low, high = of
+            return float(a - free + ratios @ np.clip(a - levels, low, high))
+
+        of = free, ratios, levels, low, high
+        root = brentq(excess, -50.0, 50.0, args=of, xtol=1e-14)
+        assert plain(common_acceleration)(*of) == pytest.approx(root, abs=1e-12)
+
+
+# --- units of measure, and what is refused
+
+
+@plain
+def test_machine_in_si_units() -> None:
+    """A coefficient for each, under one transverse acceleration."""
+    values = (2.0, 4.0, 200.0, 10.0, 11.0, 0.2, 0.02, 0.6)
+    masses = [{}, {"friction_coefficient": 0.02, "gap": 0.1}]
+    p = SIParameters(
+        *values, friction_coefficient=0.05, transverse_acceleration=10.0, masses=masses
+    )
+    assert [one.friction for one in p.dimensionless.each] == pytest.approx([0.1, 0.04])
+    again = SIParameters.of(p.dimensionless, 2.0, 200.0, 10.0)
+    assert [one.friction for one in again.dimensionless.each] == pytest.approx([0.1, 0.04])
+    one, other = events(p, until=2.0), events(p.dimensionless, until=2.0 / p.units.time)
+    assert len(one) >= 5
+    assert told(one) == told(other)
+    message = r"^masses\[1\]\.friction_coefficient = 0\.02 without transverse_acceleration"
+    with pytest.raises(ValueError, match=message):
+        SIParameters(*values, masses=masses)
+
+
+def test_units_rub_too() -> None:
+    p = Parameters(**QUIET, unit_count=2, friction=0.1)
+    assert p.model == "several"
+    assert p.acting["friction"] == 0.1
+
+
+def test_what_does_not_know_friction_says_so() -> None:
+    p = Parameters(**QUIET, masses=[{}, {"friction": 0.1}])
+    with pytest.raises(ValueError, match=r"^an orbit does not know dry friction"):
+        periodic_orbit(p)
+    with pytest.raises(ValueError, match=r"^lyapunov does not know dry friction"):
+        simulate(p, observers=["lyapunov"], transient=0, periods=1)
+    with pytest.raises(ValueError, match=r"^friction = 0\.1 with .* is not known in the frame"):
+        events(Parameters(**QUIET, masses=[{}, {"friction": 0.1}], forcing=Base("base")), until=1.0)
+
+
+def _log(p: Parameters, state: State, until: float) -> list[list[Any]]:
+    run = start_run(p, state)
+    whole = run.whole_periods(until)
+    return [[read_segment(run.model, row.copy()) for row in log] for log in run.segments(*whole)]
