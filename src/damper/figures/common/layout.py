@@ -20,6 +20,8 @@ from damper.parameters.units import units_of
 
 #: Letters that fit in an inch of heading, of label, and of legend.
 _HEADING, _LABEL, _LEGEND = 15.0, 19.0, 21.0
+#: Kinds of force whose name alone says too little.
+_FORCES = {"none": "no force", "base": "base motion"}
 
 
 def select(
@@ -119,7 +121,9 @@ def head(
         for name in (*quantities_in(coords), "direction", "draw")
         if name in coords and coords[name].ndim == 0 and name not in clock
     ]
-    values += force_text(force).split(", ") if force else []
+    if force:
+        kind, *rest = force_text(force).split(", ")
+        values += [_FORCES.get(kind, kind), *rest]
     values += remarks
     values = [f"{text}," for text in values[:-1]] + values[-1:]
     words = _words(caption or place.attrs.get("title", ""))
