@@ -3,7 +3,7 @@
 import math
 import random
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from cases import thinned
 from event_pairs import changes, rows_of
 
 from damper import Parameters, State, events, simulate
+from damper.engine.compiled import plain
 from damper.engine.segment import (
     CAUSE,
     CONTACT,
@@ -241,7 +242,9 @@ def test_corners_of_the_range_finish_or_say_so(runs: int) -> None:
         samples = Record(time, np.sin(9.0 * time), of=chance.choice(["force", "base_acceleration"]))
         harmonic = {"phase": chance.uniform(-3, 3)}
         force = chance.choice([harmonic, {"forcing": NoForce()}, {"forcing": samples}])
-        run = start_run(compliant(scene, k, tension, **force), state, max_events=300)
+        gravity = chance.choice([0.0, chance.choice([-1, 1]) * 10 ** chance.uniform(-3, 3)])
+        weight = {"gravity": gravity * min(1.0, 1e3 / scene[0])}
+        run = start_run(compliant(scene, k, tension, **force, **weight), state, max_events=300)
         run.skip(*run.whole_periods(5.0))
         end = run.state_at(*run.whole_periods(0.0))
         assert all(math.isfinite(value) for value in (end.x, end.v, end.y, end.u))
@@ -270,6 +273,24 @@ def test_loss_of_an_impact_and_the_state_after_it_are_those_of_the_restitution()
             )
         np.testing.assert_allclose(np.divide(*errors), 10.0, rtol=0.1)
         assert float(found.impact_loss) == pytest.approx(float(rigid.impact_loss), rel=1e-2)
+
+
+@plain
+def test_the_peak_in_a_contact_under_a_fast_force() -> None:
+    """Against dense samples: none is passed over between two turns of the force."""
+    state = State(-0.3, -0.07, -0.365, -0.07)
+    start = {"initial_displacement": -0.3, "initial_velocity": -0.07, "initial_position": -1.0}
+    for mu, force, gravity in product((0.02, 0.03, 0.2), (0.3, 1.0, 2.2), (0.0, 1.7)):
+        scene = mu, 0.0, 11.5, 0.065, 0.16, -2.2
+        p = compliant(scene, 1e5, 1, force_amplitude=force, gravity=gravity)
+        run = start_run(p, state)
+        samples = [
+            run.motions_in(row, np.linspace(0.0, row[DURATION], 300))[:, 0]
+            for row in rows_of(p, p.cycle, state)
+        ]
+        largest = np.abs(np.concatenate(samples)).max()
+        found = simulate(**p.acting, **start, transient=0, periods=1, observers=["response"])
+        assert -1e-14 < found.peak_displacement.item() - largest < 1e-4
 
 
 def test_trajectory_and_bursts() -> None:

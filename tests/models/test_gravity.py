@@ -5,11 +5,12 @@ import random
 from dataclasses import replace
 from typing import Any
 
-import forced_scenes
 import numpy as np
 import pytest
 from cases import thinned
 from forced_scenes import (
+    MODELS,
+    PAIRS,
     assert_first_ones_agree,
     judged,
     random_scene,
@@ -31,10 +32,6 @@ from damper.models.sensitivity import follow_change, neighbours
 from damper.observers.common.laws import LAW_NAMES, broken
 from damper.parameters.forcing import Base
 from damper.theory.ball_on_table import bounce
-
-MODELS = ("rigid", "yielding", "grounded", "time_varying", "sliding")
-PAIRS = [(model, force) for model, force in forced_scenes.PAIRS if model in MODELS]
-
 
 #: Two impacts a period.
 TWO_IMPACTS = {"damping_ratio": 0.1, "frequency_ratio": 1.0, "clearance": 5.0, "restitution": 0.5}
@@ -61,7 +58,12 @@ def test_events_against_many_digits(model: str, force: str) -> None:
 def test_many_random_scenes(model: str, force: str) -> None:
     """Most with chatter, sticking and releases."""
     kinds = judged(pulled_scene(model, force, seed) for seed in range(100))
-    assert kinds >= {"impact", "stick", "release"}
+    compliant = {"impact", "contact", "separation"}
+    if model == "tension":
+        compliant.remove("contact")
+    assert kinds >= (
+        compliant if model in ("compliant", "tension") else {"impact", "stick", "release"}
+    )
 
 
 # --- closed forms, conservation, symmetry
@@ -123,11 +125,11 @@ def test_sticking_follows_the_joined_masses() -> None:
 @pytest.mark.parametrize("model", MODELS)
 @plain
 def test_the_mirror_image_has_gravity_the_other_way(model: str) -> None:
-    values, (x, v, y, u) = pulled_scene(model, "harmonic", 8)
+    values, (x, v, y, u) = pulled_scene(model, "harmonic", 10)
     here = events(Parameters(**values), State(x, v, y, u), until=20.0)
     values |= {"gravity": -values["gravity"], "phase": values["phase"] + math.pi}
     there = events(Parameters(**values), State(-x, -v, -y, -u), until=20.0)
-    assert len(here) >= 3
+    assert len(here) >= 15
     assert np.array_equal(here["kind"], there["kind"])
     assert np.array_equal(here["side"], -there["side"])
     assert here["time"] == pytest.approx(there["time"], abs=1e-10)
@@ -229,11 +231,3 @@ def test_a_ball_bounces_on_an_oscillating_table(period: int) -> None:
         found.append({point.kind: push / point.value for point in branch.special_points})
     limits = {kind: 2 * value - found[1][kind] for kind, value in found[0].items()}
     assert limits == pytest.approx({"fold": onset, "period doubling": doubling}, rel=1e-9)
-
-
-@pytest.mark.parametrize("units", [Parameters, SIParameters])
-def test_compliant_contact_refuses_gravity_by_name(units: type) -> None:
-    values = {q.name: 0.5 for q in units.quantities if q.default is None}
-    stiffness = "contact_stiffness" + ("_ratio" if units is Parameters else "")
-    with pytest.raises(ValueError, match=rf"^gravity = .* with {stiffness}: compliant contact"):
-        units(**values, gravity=0.1, **{stiffness: 1e3})

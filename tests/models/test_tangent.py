@@ -57,6 +57,8 @@ def draw(kind: str, rng: np.random.Generator) -> tuple[Parameters, np.ndarray, f
     if kind in YIELDING_WALLS:
         given["contact_stiffness_ratio"] = 10 ** rng.uniform(1, 4)
         given["contact_tension"] = int(kind == "pulling")
+    if kind == "pulling":
+        given["gravity"] = rng.normal()
     if kind in FORCED:
         phases = rng.uniform(0.0, 6.0), rng.uniform(0.0, 6.0)
         given["forcing"] = Harmonics((1, 2), (1.0, rng.uniform(0.2, 0.8)), phases)
@@ -157,7 +159,7 @@ BESIDES = {
     "grounded": ("support_stiffness_ratio", "support_damping_ratio"),
     "time_varying": ("modulation_depth", "modulation_phase"),
     "compliant": ("contact_stiffness_ratio",),
-    "pulling": ("contact_stiffness_ratio",),
+    "pulling": ("contact_stiffness_ratio", "gravity"),
     **dict.fromkeys(RECORDED, ("force_amplitude",)),
     **dict.fromkeys(DIFFERING, ("restitution_left",)),
     **dict.fromkeys(FORCED, ("force_amplitude", "harmonic_2", "harmonic_2_phase")),

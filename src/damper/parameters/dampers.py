@@ -751,11 +751,6 @@ def _check_several(
 
 
 def _check_compliant(values: Mapping[str, Any], named: Callable[[str], str]) -> None:
-    if values["gravity"]:
-        raise ValueError(
-            f"gravity = {values['gravity']!r} with {named(_STIFFNESS)}: compliant contact does not "
-            "know gravity; leave out one of the two"
-        )
     for q in _laws(values):
         raise ValueError(
             f"{named(q.name)} and {named(_STIFFNESS)}: compliant contact has a constant "

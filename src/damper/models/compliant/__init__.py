@@ -107,7 +107,14 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
     frequency = math.sqrt(p.contact_stiffness_ratio * (1.0 + p.mass_ratio) / p.mass_ratio)
     forcing, amplitude, share = drive_of(p)
     contact = flow.contact_constants(
-        p.mass_ratio, p.damping_ratio, p.contact_stiffness_ratio, damping, forcing, amplitude, share
+        p.mass_ratio,
+        p.damping_ratio,
+        p.contact_stiffness_ratio,
+        damping,
+        forcing,
+        amplitude,
+        share,
+        p.gravity,
     )
     split = split_of(contact)
     ending = np.array([0.0, 0.0, -1.0, 0.0])
@@ -155,7 +162,9 @@ def _likely_end(model, side, z):
         return 0.0
     contact = model.contact
     rows = model.after_usual
-    value, slope = side * flow.dot(contact, rows[0], z), side * flow.dot(contact, rows[1], z)
+    z = flow.from_rest(contact.rest, z)
+    value = side * (flow.dot(contact, rows[0], z) + model.ending.at_rest)
+    slope = side * flow.dot(contact, rows[1], z)
     late = near_root(value, slope, side * flow.dot(contact, rows[2], z), 0.0, 0.0)
     if not abs(late) < 0.5 * model.usual:
         return _EARLY * model.usual
@@ -358,7 +367,7 @@ def _stay(model, s, z, tau, lasting, steps, gave_up):
 def _carry(contact, z, step):
     """Masses a short step later, by a Taylor polynomial."""
     f0, f1, f2, f3, _ = flow.force_rates_in(contact, z)
-    z1 = flow.derivative(contact, z, f0)
+    z1 = flow.derivative(contact, flow.from_rest(contact.rest, z), f0)
     z2 = flow.derivative(contact, z1, f1)
     z3 = flow.derivative(contact, z2, f2)
     z4 = flow.derivative(contact, z3, f3)

@@ -10,10 +10,11 @@ and damping c (in units of K and sqrt(K M)),
     r'' = p + S (1 - share) - gamma (k r + c r')         contact force: side N = -(k r + c r')
 
 S is the force on the primary; `share` of it, times mu, acts on the free mass (1 in the frame of a
-base that moves). A state is the tuple (U, U', r, r', P, Q), the last two those of
-`damper.models.compliant.pairs`. Each pair (p, q) of the force's obeys a linear equation without
-explicit time, together with the masses. The gap is a variable of its own and keeps its digits
-however small it is.
+base that moves). Gravity shifts the state of rest, for both walls alike: the equations are those of
+the distance to it, and what a time changes is added to the state itself. A state is the tuple
+(U, U', r, r', P, Q), the last two those of `damper.models.compliant.pairs`. Each pair (p, q) of the
+force's obeys a linear equation without explicit time, together with the masses. The gap is a
+variable of its own and keeps its digits however small it is.
 
 Times are split in binary: one step of a Taylor series for less than the shortest interval, and then
 propagators over that interval times 1, 2, 4, ..., which are made once for a run. A propagator is
@@ -48,6 +49,17 @@ _REACH = 0.5
 _REMAINDER = 1e-19
 
 
+class Rest(NamedTuple):
+    """Where both masses would be at rest in contact without the force."""
+
+    centre: float
+    gap: float
+
+
+#: What deviations are measured from.
+NOWHERE = Rest(0.0, 0.0)
+
+
 class ContactConstants(NamedTuple):
     """Constants of the motion in contact."""
 
@@ -76,7 +88,7 @@ class ContactConstants(NamedTuple):
     on_gap: float
     """The same of the gap."""
     largest: float
-    """Largest size of the force on the primary."""
+    """Largest size of the force on the primary and of gravity."""
     push: float
     """Growth of `energy_size` in a unit of time, over the forcing's shape, at most."""
     rate: float
@@ -87,6 +99,7 @@ class ContactConstants(NamedTuple):
     """Number of doublings; the last interval is longer than any segment."""
     shift: float
     """Propagators are for U + shift r and its rate: beta where the drag is fastest, else 0."""
+    rest: Rest
 
 
 def contact_constants(
@@ -97,6 +110,7 @@ def contact_constants(
     forcing: Any,
     strength: float,
     share: float,
+    gravity: float = 0.0,
 ) -> ContactConstants:
     """Make the constants, from the damping ratio of the contact oscillation."""
     reduced = mass_ratio / (1.0 + mass_ratio)
@@ -108,6 +122,7 @@ def contact_constants(
     on_mass = share * mass_ratio
     on_centre = (1.0 + on_mass) / (1.0 + mass_ratio)
     on_gap = 1.0 - share
+    weight = mass_ratio * gravity
     push = math.sqrt(on_centre * on_centre * (1.0 + mass_ratio) + on_gap * on_gap * reduced)
     return ContactConstants(
         1.0 / (1.0 + mass_ratio),
@@ -122,12 +137,13 @@ def contact_constants(
         on_mass,
         on_centre,
         on_gap,
-        strength * bound_of(forcing, 0),
+        strength * bound_of(forcing, 0) + abs(gravity),
         strength * push,
         rate,
         math.ldexp(1.04 * HORIZON, -levels),
         levels,
         reduced if 2.0 * damping_ratio > own else 0.0,
+        Rest(0.0 - weight - reduced * weight / stiffness, weight / stiffness),
     )
 
 
@@ -147,7 +163,7 @@ def force_rates_in(contact: ContactConstants, z: Pair) -> tuple[float, float, fl
 
 @compiled
 def derivative(contact: ContactConstants, z: Masses, force: float) -> Masses:
-    """Time derivative of the masses' state, or of one of its derivatives.
+    """Time derivative of the masses' distance to rest, or of one of its derivatives.
 
     `force` is that on the primary, or its derivative of that order. Of a `Pair` the masses count.
     """
@@ -155,6 +171,12 @@ def derivative(contact: ContactConstants, z: Masses, force: float) -> Masses:
     p = -contact.drag * (w + contact.reduced * q) - (u + contact.reduced * r)
     wall = contact.relative_stiffness * r + contact.relative_damping * q
     return w, contact.share * p + contact.on_centre * force, q, p + contact.on_gap * force - wall
+
+
+@compiled
+def from_rest(rest: Rest, z: Pair) -> Pair:
+    """Distance of a state to that of rest."""
+    return z[0] - rest.centre, z[1], z[2] - rest.gap, z[3], z[4], z[5]
 
 
 @compiled
@@ -225,7 +247,7 @@ def _increment_of_many(forcing, contact, z, tau):
 
 @compiled
 def short_increment(contact: ContactConstants, z: Pair, tau: float) -> Pair:
-    """Change of the state over a time of at most the shortest interval."""
+    """Change of a distance to rest over a time of at most the shortest interval."""
     return _increment(contact.forcing, contact, z, tau)  # type: ignore[no-any-return]
 
 
@@ -355,9 +377,10 @@ def _double(contact, tau, length, e, result):
 
 
 @compiled
-def leap(contact: ContactConstants, e: np.ndarray, z: Pair) -> Pair:
-    """State, as propagators have it, after the interval of one row of the propagators."""
-    u, w, r, q, s, c = z
+def leap(contact: ContactConstants, e: np.ndarray, rest: Rest, state: Pair) -> Pair:
+    """State after the interval of one row of the propagators; all states are as these have them."""
+    u, w, r, q, s, c = state
+    z = from_rest(rest, state)
     n = row_length(contact)
     turn = 4 * n
     return (
@@ -389,19 +412,34 @@ def dot(contact: ContactConstants, row: np.ndarray, z: Pair) -> float:
 
 
 @compiled
+def shifted_rest(contact: ContactConstants, rest: Rest) -> Rest:
+    """State of rest as propagators have it."""
+    return Rest(rest.centre + contact.shift * rest.gap, rest.gap)
+
+
+@compiled
 def advance(contact: ContactConstants, table: np.ndarray, z: Pair, tau: float) -> Pair:
     """State after a time `tau` in contact."""
+    return advance_about(contact.rest, contact, table, z, tau)  # type: ignore[no-any-return]
+
+
+@compiled
+def advance_about(
+    rest: Rest, contact: ContactConstants, table: np.ndarray, z: Pair, tau: float
+) -> Pair:
+    """State after a time `tau` in contact, with this place of rest."""
     if tau >= contact.shortest:
         own = shifted(contact, z)
+        about = shifted_rest(contact, rest)
         length = contact.shortest * math.ldexp(1.0, contact.levels)
         for level in range(contact.levels, -1, -1):
             # At most once, but for a time longer than all of them together.
             while tau >= length:
-                own = leap(contact, table[level], own)
+                own = leap(contact, table[level], about, own)
                 tau -= length
             length *= 0.5
         z = unshifted(contact, own)
     if tau > 0.0:
-        a, b, d, e, f, k = short_increment(contact, z, tau)
+        a, b, d, e, f, k = short_increment(contact, from_rest(rest, z), tau)
         z = (z[0] + a, z[1] + b, z[2] + d, z[3] + e, z[4] + f, z[5] + k)
     return z

@@ -48,6 +48,8 @@ class Tables(NamedTuple):
 def prepare(model: Compliant) -> Tables:
     """Make what `integrate_segment` needs beside the model, once for a run."""
     n = flow.row_length(model.contact)
+    if model.contact.rest.gap:
+        n += 1  # for a constant: x^2 is that of the distance to rest and of the place of rest
     forms = np.zeros((model.contact.levels + 1, _FORMS, n, n))
     _fill(model.contact, model.table, forms)
     row = np.array([1.0, 0.0, model.contact.reduced, 0.0])
@@ -66,7 +68,10 @@ def _energy_in(model, segment, mass_ratio, state):
     # Both walls are one case: the free mass moves at v - side * rate.
     u = v - segment.side * rate
     depth = min(gap, 0.0)
-    return 0.5 * (v * v + x * x + mass_ratio * u * u + model.contact.stiffness * depth * depth)
+    energy = v * v + x * x + mass_ratio * u * u + model.contact.stiffness * depth * depth
+    return declared.with_height(
+        model.stuck.forcing, model, 0.5 * energy, mass_ratio, segment, state
+    )
 
 
 @declared.integrate_segment.of(Compliant)
@@ -88,7 +93,8 @@ def _integrate_segment(model, tables, segment, low, high, peak):
 @compiled
 def _fill(contact, table, forms):
     """Quadratic forms over the shortest interval by a Gauss sum, then by doubling."""
-    n = flow.row_length(contact)
+    n = forms.shape[2]
+    length = flow.row_length(contact)
     propagator = np.zeros((n, n))
     form = np.zeros((_FORMS, n, n))
     # x less the first variable, over r.
@@ -97,10 +103,16 @@ def _fill(contact, table, forms):
         factor = beta if a + b == 2 else (beta * beta if a + b == 4 else 1.0)
         form[0, a, b] = factor
         form[1, a + 1, b + 1] = factor
+    if n > length:
+        rest = contact.rest.centre + contact.reduced * contact.rest.gap
+        form[0, length, 0] = form[0, 0, length] = rest
+        form[0, length, 2] = form[0, 2, length] = beta * rest
+        form[0, length, length] = rest * rest
+        propagator[length, length] = 1.0
     # Half of each number, for both places of a product.
     of_rate = 0.5 * contact.strength * (1.0 + contact.on_mass)
     of_gap = beta * of_rate - 0.5 * contact.strength * contact.on_mass
-    for k in range(MASSES, n, 2):
+    for k in range(MASSES, length, 2):
         form[2, k, 1] = form[2, 1, k] = of_rate
         form[2, k, 3] = form[2, 3, k] = of_gap
     form[3, 3, 3] = contact.damping
@@ -110,10 +122,10 @@ def _fill(contact, table, forms):
         _fill_propagator(contact, table, tau, propagator)
         for kind in range(_FORMS):
             _accumulate(form[kind], propagator, weight, forms[0, kind])
-    length = contact.shortest
+    tau = contact.shortest
     for level in range(contact.levels):
-        _fill_propagator(contact, table, length, propagator)
-        length *= 2.0
+        _fill_propagator(contact, table, tau, propagator)
+        tau *= 2.0
         for kind in range(_FORMS):
             _accumulate(forms[level, kind], propagator, 1.0, forms[level + 1, kind])
             # By elements: numba takes seconds to compile the message of a failed slice assignment.
@@ -124,7 +136,7 @@ def _fill(contact, table, forms):
 
 @compiled
 def _fill_propagator(contact, table, tau, propagator):
-    for column in range(len(propagator)):
+    for column in range(flow.row_length(contact)):
         unit, pair = flow.unit_state(column)
         after = flow.advance_under(contact, table, pair, unit, tau)
         for row in range(MASSES):
@@ -170,7 +182,7 @@ def _moment_at(moving, tau):
     contact = moving.contact
     z = flow.advance(contact, moving.table, moving.start, tau) if tau > 0.0 else moving.start
     force, _, _, _, _ = flow.force_rates_in(contact, z)
-    first = flow.derivative(contact, z, force)
+    first = flow.derivative(contact, flow.from_rest(contact.rest, z), force)
     beta = contact.reduced
     return Moment(tau, z[0] + beta * z[2], z[1] + beta * z[3], first[1] + beta * first[3], z)
 
@@ -180,7 +192,7 @@ def _bounds_of(moving, moment, span):
     # The displacement's second and third derivative are velocities of derived motions.
     contact = moving.contact
     force, force1, _, _, _ = flow.force_rates_in(contact, moment.motion)
-    first = flow.derivative(contact, moment.motion, force)
+    first = flow.derivative(contact, flow.from_rest(contact.rest, moment.motion), force)
     push1 = contact.push * bound_of(contact.forcing, 1)
     push2 = contact.push * bound_of(contact.forcing, 2)
     return (
@@ -205,7 +217,8 @@ def _stays_below(moving, start, end, limit):
     event = moving.event
     if event.separated == 0.0:
         return False
-    z = start.motion
+    z = flow.from_rest(contact.rest, start.motion)
+    last = flow.from_rest(contact.rest, end.motion)
     span = end.tau - start.tau
     y = flow.dot(contact, event.fast[0], z)
     y1 = flow.dot(contact, event.fast[1], z)
@@ -214,16 +227,17 @@ def _stays_below(moving, start, end, limit):
     f1 = flow.dot(contact, event.slow[1], z)
     f2 = flow.dot(contact, event.slow[2], z)
     f3 = flow.dot(contact, event.slow[3], z)
-    g1 = flow.dot(contact, event.slow[1], end.motion)
+    g1 = flow.dot(contact, event.slow[1], last)
     stiffness = max(event.stiffness, 0.0)
     eighth = 0.125 * span * span
-    bound2 = math.sqrt(stiffness * f1 * f1 + f2 * f2) + event.driving * span
+    bound2 = math.sqrt(stiffness * f1 * f1 + f2 * f2) + event.driving1 * span
     largest = max(
-        abs(flow.dot(contact, event.slow[0], z)), abs(flow.dot(contact, event.slow[0], end.motion))
+        abs(flow.dot(contact, event.slow[0], z) + event.at_rest),
+        abs(flow.dot(contact, event.slow[0], last) + event.at_rest),
     )
     if largest + bound2 * eighth + level <= limit:
         return True
-    bound3 = math.sqrt(stiffness * f2 * f2 + f3 * f3) + event.driving1 * span
+    bound3 = math.sqrt(stiffness * f2 * f2 + f3 * f3) + event.driving2 * span
     one_way = (f1 > 0.0 and g1 > 0.0) or (f1 < 0.0 and g1 < 0.0)
     return one_way and min(abs(f1), abs(g1)) - bound3 * eighth > speed
 
@@ -237,26 +251,28 @@ def _contact(model, tables, segment, low, high, peak):
     start = moment_at(moving, low)
     square = speed_square = work = loss = 0.0
     own = flow.shifted(contact, start.motion)
-    row = np.empty(flow.row_length(contact))
+    rest = flow.shifted_rest(contact, contact.rest)
+    row = np.ones(tables.forms.shape[2])
     duration = high - low
     length = contact.shortest * math.ldexp(1.0, contact.levels)
     for level in range(contact.levels, -1, -1):
         while duration >= length:
+            away = flow.from_rest(rest, own)
             for k in range(MASSES):
-                row[k] = own[k]
+                row[k] = away[k]
             write_pairs(contact.forcing, own[4], own[5], row)
             forms = tables.forms[level]
             square += _quadratic(forms[0], row)
             speed_square += _quadratic(forms[1], row)
             work += _quadratic(forms[2], row)
             loss += _quadratic(forms[3], row)
-            own = flow.leap(contact, model.table[level], own)
+            own = flow.leap(contact, model.table[level], rest, own)
             duration -= length
         length *= 0.5
-    rest = ContactMotion(
+    left = ContactMotion(
         contact, model.table, tables.displacement, 1.0, flow.unshifted(contact, own)
     )
-    sums = declared.gauss_sums(rest, 0.0, duration, _NODES, math.inf)
+    sums = declared.gauss_sums(left, 0.0, duration, _NODES, math.inf)
     if peak < math.inf:  # nothing is above that
         peak = highest(moving, start, moment_at(moving, high), max(peak, abs(start.x)))
     return declared.ResponseIntegrals(

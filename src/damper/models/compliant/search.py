@@ -60,7 +60,10 @@ class Split(NamedTuple):
 
 
 class EventFunction(NamedTuple):
-    """A linear function of the state, by its coefficients and its slow and fast part."""
+    """A linear function of the state, by its coefficients and its slow and fast part.
+
+    The parts are those of the distance to rest.
+    """
 
     separated: float
     gap: float
@@ -80,10 +83,12 @@ class EventFunction(NamedTuple):
     """K of the slow part."""
     rate: float
     """Fastest rate of the slow part."""
-    driving: float
+    at_rest: float
+    """Value in the state of rest."""
     driving1: float
+    driving2: float
     driving3: float
-    """Bounds on what drives the slow part, and on its first and third derivative."""
+    """Bounds on the first three derivatives of what drives the slow part."""
 
 
 def split_of(contact: flow.ContactConstants) -> Split:
@@ -103,8 +108,10 @@ def event_function(contact: flow.ContactConstants, split: Split, row: np.ndarray
     gap, rate = float(row[2]), float(row[3])
     growth = contact.push / math.sqrt(contact.reduced)
     growth *= abs(gap) * bound_of(contact.forcing, 3) + abs(rate) * bound_of(contact.forcing, 4)
-    bounds = (bound_of_sum(contact.forcing, driving, order) for order in (0, 1, 3))
-    return EventFunction(split.separated, gap, rate, growth, slow, fast, *numbers, *bounds)
+    at_rest = float(row[0]) * contact.rest.centre + gap * contact.rest.gap
+    bounds = [bound_of_sum(contact.forcing, driving, order) for order in (1, 2, 3)]
+    numbers = (*numbers, at_rest, *bounds)
+    return EventFunction(split.separated, gap, rate, growth, slow, fast, *numbers)
 
 
 @compiled
@@ -319,7 +326,8 @@ def contact_point(moving: ContactMotion, tau: float, z: flow.Pair) -> search.Eve
     contact = moving.contact
     event = moving.event
     f0, f1, f2, f3, f4 = flow.force_rates_in(contact, z)
-    z1 = flow.derivative(contact, z, f0)
+    away = flow.from_rest(contact.rest, z)
+    z1 = flow.derivative(contact, away, f0)
     z2 = flow.derivative(contact, z1, f1)
     z3 = flow.derivative(contact, z2, f2)
     z4 = flow.derivative(contact, z3, f3)
@@ -327,7 +335,7 @@ def contact_point(moving: ContactMotion, tau: float, z: flow.Pair) -> search.Eve
     gap = moving.side * event.gap
     rate = moving.side * event.gap_rate
     if event.separated != 0.0:
-        parts, fast4 = _parts(moving, z)
+        parts, fast4 = _parts(moving, z, away)
         bound4 = parts.bound4 + fast4
         growth = event.driving3
     else:
@@ -399,7 +407,7 @@ def _longer_step(moving, point):
 
 
 @compiled
-def _parts(moving, z):
+def _parts(moving, state, z):
     """Slow part with its bound and that on the fast part; a bound on the fast fourth derivative."""
     contact = moving.contact
     event = moving.event
@@ -414,8 +422,8 @@ def _parts(moving, z):
     slow3 = side * flow.dot(contact, event.slow[3], z)
     slow4 = flow.dot(contact, event.slow[4], z)
     parts = Parts(
-        z,
-        side * flow.dot(contact, event.slow[0], z),
+        state,
+        side * (flow.dot(contact, event.slow[0], z) + event.at_rest),
         side * flow.dot(contact, event.slow[1], z),
         side * flow.dot(contact, event.slow[2], z),
         slow3,

@@ -12,7 +12,7 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.segment import FLIGHT, IMPACT, RELEASE, SEPARATION, Segment
-from damper.models.compliant.flow import advance
+from damper.models.compliant.flow import NOWHERE, advance_about
 
 
 @compiled
@@ -65,7 +65,7 @@ def stay_on(model: Any, s: Segment, low: float, tau: float, deviations: np.ndarr
     for k in range(deviations.shape[1]):
         gap, rate = deviations[0, k] - deviations[2, k], deviations[1, k] - deviations[3, k]
         z = deviations[0, k] - beta * gap, deviations[1, k] - beta * rate, gap, rate, 0.0, 0.0
-        z = advance(model.contact, model.table, z, tau)
+        z = advance_about(NOWHERE, model.contact, model.table, z, tau)
         x, v = z[0] + beta * z[2], z[1] + beta * z[3]
         deviations[0, k], deviations[1, k] = x, v
         deviations[2, k], deviations[3, k] = x - z[2], v - z[3]
