@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-import yaml
 from project_copy import small_study
 from scenes import QUIET
+from studies import blame
 
 import damper
 from damper import Parameters, SIParameters, State, continue_orbit, periodic_orbit, theory
@@ -33,7 +33,6 @@ from damper.parameters.quantities import PARAMETER_NAMES
 from damper.parameters.state import INITIAL_QUANTITIES
 from damper.report.interactive import interactive
 from damper.study import rules
-from damper.study.config import ConfigError, load_study
 from damper.study.messages import Mistakes
 from damper.study.products import Product
 from damper.sweep.points import read_point
@@ -325,11 +324,7 @@ def test_studies_refuse_by_name_what_formulas_do_not_list(tmp_path: Path) -> Non
         "one": {"kind": "bifurcation", "along": "restitution"}
         | {"theory": "two_impacts", "at": {"mass_ratio": 0.1}}
     }
-    path = tmp_path / "study.yaml"
-    path.write_text(yaml.safe_dump(study))
-    with pytest.raises(ConfigError) as error:
-        load_study(path)
-    message = str(error.value)
+    message = blame(tmp_path, study)
     assert "initial\n    phase = 0.4: the steady response knows" in message
     assert message.count("its formulas do not know phase") == 2
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 from forced_scenes import ERROR, largest_error, length_of, rows_of_both
 from project_copy import small_study
 from scenes import QUIET
+from studies import blame
 
 from damper import (
     Base,
@@ -24,7 +24,6 @@ from damper import (
 from damper.engine.compiled import plain
 from damper.engine.segment import CAUSE, COMPLETION, GAP, NOTHING
 from damper.models import start_run
-from damper.study.config import ConfigError, load_study
 
 MOVED = "base_acceleration"
 IMPACT, STICK, RELEASE, STOPPED, REST, SLIP, REVERSAL = range(7)
@@ -183,11 +182,8 @@ def test_studies_refuse_what_does_not_know_friction(tmp_path: Path) -> None:
     study = small_study()
     study["parameters"]["friction"] = 0.1
     study["observers"] |= {"lyapunov": {}}
-    path = tmp_path / "study.yaml"
-    path.write_text(yaml.safe_dump(study))
-    with pytest.raises(ConfigError) as error:
-        load_study(path)
-    assert "observers.lyapunov\n    lyapunov does not know dry friction" in str(error.value)
+    message = blame(tmp_path, study)
+    assert "observers.lyapunov\n    lyapunov does not know dry friction" in message
 
 
 def test_machine_in_si_units() -> None:

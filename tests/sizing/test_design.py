@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.signal import lsim
+from studies import cube_of
 
 import damper
 from damper.sizing.answer import Design, _answer, _changes, _orbit
@@ -15,8 +16,6 @@ from damper.sizing.machine import machine_of, read_machine
 from damper.sizing.search import Search
 from damper.sizing.study import Judge, Sizes
 from damper.study.config import load_study
-from damper.sweep.cube import gather
-from damper.sweep.slices import run_part
 
 MACHINE = {
     "title": "A press",
@@ -48,17 +47,8 @@ def damper_of(found: Design) -> Sizes:
     return Sizes(found.free_mass, found.gap, found.restitution)
 
 
-def cube_of(path: Path):
-    """Make a study's cube as the workflow does, from its file."""
-    study = load_study(path)
-    (job,) = study.parts({}).values()
-    part = run_part(**job.settings, **job.files)
-    (job,) = study.gathered({}).values()
-    return gather([part], **job.settings)
-
-
 def test_its_numbers_are_those_of_its_studies(found: Design, folder: Path) -> None:
-    cubes = {name: cube_of(folder / f"studies/{name}.yaml") for name in found.studies}
+    cubes = {name: cube_of(load_study(folder / f"studies/{name}.yaml")) for name in found.studies}
     hertz = cubes["worst_case"].forcing_frequency / (2.0 * math.pi)
     inside = (hertz > 18.9) & (hertz < 21.1)
     peaks = [cubes[name].peak_displacement.where(inside).max() for name in ("worst_case", "sweep")]
@@ -136,7 +126,7 @@ def test_a_record_is_the_case(tmp_path: Path, counts: str) -> None:
     alone = x if counts == "peak_displacement" else -(rate**2) * x - 0.1 * rate * v
     assert math.isclose(found.without, abs(alone).max(), rel_tol=1e-4)
     found.save(tmp_path)
-    cube = cube_of(tmp_path / "studies/worst_case.yaml")[counts]
+    cube = cube_of(load_study(tmp_path / "studies/worst_case.yaml"))[counts]
     assert found.worst == float(cube.sel(force_amplitude=1.0).max())
     assert math.isclose(Search(judge).worst(damper_of(found)), found.worst, rel_tol=1e-12)
     assert found.strong_ratio == float(cube.sel(force_amplitude=2.0).max()) / 2.0 / found.without
@@ -150,9 +140,9 @@ def test_a_machine_that_is_let_go(tmp_path: Path) -> None:
     assert found.worst < 0.6 * found.without
     assert found.units["worst"] == "s"
     found.save(tmp_path)
-    cube = cube_of(tmp_path / "studies/worst_case.yaml")
+    cube = cube_of(load_study(tmp_path / "studies/worst_case.yaml"))
     assert found.worst == float(cube.fall_time.max())
-    envelope = cube_of(tmp_path / "studies/envelope.yaml")
+    envelope = cube_of(load_study(tmp_path / "studies/envelope.yaml"))
     assert found.response is not None
     peaks = envelope.peak_amplitude.values
     assert np.array_equal(found.response.as_built, peaks[~np.isnan(peaks)])

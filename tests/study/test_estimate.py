@@ -9,6 +9,7 @@ import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
+from studies import load
 
 import damper
 from damper.engine import compiled
@@ -37,12 +38,6 @@ LARGE: dict[str, Any] = {
     "periods": 50,
     "observers": {"bursts": {}},
 }
-
-
-def loaded(folder: Path, data: dict[str, Any]) -> Study:
-    path = folder / "large.yaml"
-    path.write_text(yaml.safe_dump(data, sort_keys=False))
-    return load_study(path)
 
 
 @st.composite
@@ -77,7 +72,7 @@ def test_slices_points_and_runs_are_those_that_are_made(study: Study) -> None:
 def test_arrays_and_disk_are_those_of_a_slice(tmp_path: Path) -> None:
     axes = {"clearance": {"values": [0.2, 0.3]}, "restitution": {"values": [0.5, 0.6, 0.7]}}
     observers = {"bursts": {"records": 500}, "stroboscopic_section": {}, "trajectory": {}}
-    study = loaded(tmp_path, LARGE | {"axes": axes, "observers": observers} | BRIEF)
+    study = load(tmp_path, LARGE | {"axes": axes, "observers": observers} | BRIEF)
     found = estimate(study)
     part = simulate_slice(
         study.fixed, study.axis_values, observers=study.observer_settings(), **study.run
@@ -97,21 +92,21 @@ FANNED = {"start": 0.1, "stop": 0.9, "num": 1000, "fan": True}
     [
         (
             {"axes": {"clearance": GRID, "restitution": GRID}},
-            "large.yaml:8  axes.clearance\n"
+            "study.yaml:8  axes.clearance\n"
             "    clearance (1000000) x restitution (1000000): 1000000000000 runs in one process "
             "take some 1.53 PB of memory\n"
             "    allowed: at most 256 GB in one process: fewer values",
         ),
         (
             {"periods": 10**12},
-            "large.yaml:17  periods\n"
+            "study.yaml:17  periods\n"
             "    150 + 1000000000000 cycles (transient + periods) take some 174 days a "
             "run\n"
             "    allowed: at most 1000000000 in a run",
         ),
         (
             {"periods": 10**8},
-            "large.yaml:8  axes.clearance\n"
+            "study.yaml:8  axes.clearance\n"
             "    clearance (100) x restitution (100): 10000 runs in one process take some "
             "347 days\n"
             "    allowed: at most 30 days in one process: fewer values, or 'fan: true' at "
@@ -119,7 +114,7 @@ FANNED = {"start": 0.1, "stop": 0.9, "num": 1000, "fan": True}
         ),
         (
             {"periods": 10**6, "observers": {"trajectory": {"samples_per_period": 10**6}}},
-            "large.yaml:19  observers.trajectory\n    one run keeps 42 TB in memory\n"
+            "study.yaml:19  observers.trajectory\n    one run keeps 42 TB in memory\n"
             "    allowed: at most 256 GB in one process: fewer periods, samples or records",
         ),
         (
@@ -127,7 +122,7 @@ FANNED = {"start": 0.1, "stop": 0.9, "num": 1000, "fan": True}
                 "observers": {"bursts": {"records": 10**6}},
                 "axes": {"clearance": FANNED, "restitution": {"values": [0.6]}},
             },
-            "large.yaml:7  axes\n    to gather 1000 runs takes some 264 GB of memory\n"
+            "study.yaml:7  axes\n    to gather 1000 runs takes some 264 GB of memory\n"
             "    allowed: at most 256 GB: fewer values or observers, or several studies",
         ),
         (
@@ -139,7 +134,7 @@ FANNED = {"start": 0.1, "stop": 0.9, "num": 1000, "fan": True}
 )
 def test_what_cannot_end_is_refused(tmp_path: Path, change: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        loaded(tmp_path, LARGE | change)
+        load(tmp_path, LARGE | change)
     assert message in str(caught.value)
     assert str(caught.value).startswith("1 error ")
 
@@ -159,7 +154,7 @@ def test_checks_of_the_engine_end_as_well(name: str, change: dict[str, Any]) -> 
 def test_large_study_that_is_fanned_passes(tmp_path: Path) -> None:
     """1e8 points, as on a cluster; a million of them is the study `atlas`."""
     axes = {"clearance": FANNED, "restitution": {"start": 0, "stop": 0.9, "num": 100_000}}
-    found = estimate(loaded(tmp_path, LARGE | {"axes": axes}))
+    found = estimate(load(tmp_path, LARGE | {"axes": axes}))
     assert found.runs == 10**8
     assert found.simulate_resources["mem_mb"] < 1000
     assert found.simulate_resources["runtime"] < 60

@@ -2,16 +2,16 @@
 
 import json
 import re
-from collections.abc import Mapping
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import studies
 import xarray as xr
 import yaml
 from jsonschema import Draft202012Validator
+from studies import ENGINE
 
 import damper
 from damper.analysis.orbits import follow_orbits
@@ -19,7 +19,7 @@ from damper.engine.compiled import plain
 from damper.models import model_of
 from damper.parameters.forcing import FORCINGS, Forcing
 from damper.study import check
-from damper.study.config import ConfigError, Study, load_study
+from damper.study.config import ConfigError, load_study
 from damper.study.fingerprint import fingerprint
 from damper.study.jobs import file_digest, read_files
 from damper.study.parts import engine_parts
@@ -48,7 +48,6 @@ SI_POINT = {
     "free_mass": 0.2,
 }
 CSV = "time (s),acceleration (m/s2)\n0,0\n1,3\n2,-1\n3,0\n"
-ENGINE = {"accuracy": 1e-12, "max_events": 10**6}
 NOISE = "{kind: noise, seed: %s, step: 0.1, duration: 60, band: [0.5, 2]}"
 
 #: What a study says -> the same in Python.
@@ -71,33 +70,20 @@ SAID: dict[str, Forcing | str] = {
 }
 
 
-def load(folder: Path, forcing: str, more: str = "", text: str = STUDY) -> Study:
+def written(folder: Path, forcing: str, more: str = "", text: str = STUDY) -> str:
     (folder / "quake.csv").write_text(CSV)
-    path = folder / "forces.yaml"
-    path.write_text(f"{text}forcing: {forcing}\n{more}")
-    study: Study = load_study(path)
-    return study
+    return f"{text}forcing: {forcing}\n{more}"
+
+
+def load(folder: Path, *given: str, **text: str) -> Any:
+    return studies.load(folder, written(folder, *given, **text), "forces")
 
 
 def blame(folder: Path, *given: str) -> str:
-    with pytest.raises(ConfigError) as caught:
-        load(folder, *given)
-    return str(caught.value).replace(f"{folder}/", "")
+    return studies.blame(folder, written(folder, *given), "forces")
 
 
-def run(study: Any) -> xr.Dataset:
-    """Run the jobs of a study, with settings as a job gets them."""
-
-    def plainly(settings: Mapping[str, Any]) -> Any:
-        return json.loads(json.dumps(settings))
-
-    parts = [
-        plain(import_module(job.module).run_part)((), **plainly(job.settings), **job.files)
-        for job in study.parts(ENGINE).values()
-    ]
-    (job,) = study.gathered(ENGINE).values()
-    cube: xr.Dataset = import_module(job.module).gather(parts, **plainly(job.settings))
-    return cube
+run = plain(studies.cube_of)
 
 
 def same(one: xr.Dataset, other: xr.Dataset) -> None:

@@ -1,7 +1,6 @@
 """Where runs start, and what is drawn at random: in Python and in study files."""
 
 import itertools
-import json
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import pytest
 import xarray as xr
 import yaml
 from scenes import GENERIC
+from studies import ENGINE, blame, cube_of, load
 
 from damper import State, simulate
 from damper.analysis.basins import basin_fractions
@@ -17,12 +17,12 @@ from damper.analysis.reduction import share, worst
 from damper.engine.compiled import plain
 from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.units import attributes_of
-from damper.study.config import ConfigError, Study, load_config, load_study
+from damper.study.config import load_config
 from damper.study.estimate import estimate
 from damper.sweep.branches import draw
 from damper.sweep.cube import CONVENTIONS, gather, write_cube
 from damper.sweep.parts import read_part, write_part
-from damper.sweep.slices import run_part, simulate_slice
+from damper.sweep.slices import simulate_slice
 
 SCENE: dict[str, Any] = GENERIC | {"clearance": 0.5, "phase": 0.2}
 SEEN: dict[str, Any] = {"stroboscopic_section": {"free_mass": True}, "impacts": {}, "bursts": {}}
@@ -236,7 +236,6 @@ periods: 2
 observers:
   bursts:
 """
-ENGINE = {"accuracy": 1e-12, "max_events": 10**6}
 RANDOM = """\
 draws:
   count: 5
@@ -244,21 +243,6 @@ draws:
   initial_position: [-1, 1]
   restitution: {range: [1e-3, 1], spacing: log, values: [0, 1], share: 0.1, assumed: ours}
 """
-
-
-def load(folder: Path, text: str) -> Study:
-    path = folder / "starts.yaml"
-    path.write_text(text)
-    return load_study(path)
-
-
-def blame(folder: Path, text: str) -> str:
-    with pytest.raises(ConfigError) as caught:
-        load(folder, text)
-    message = str(caught.value)
-    for jargon in ("pydantic", "type=", "input_", "Traceback", "https:", "tuple", "dict"):
-        assert jargon not in message
-    return message.replace(f"{folder}/", "")
 
 
 def test_draws_of_a_study(tmp_path: Path) -> None:
@@ -302,10 +286,8 @@ def test_jobs_that_share_the_draws_make_the_same_cube(tmp_path: Path) -> None:
     cubes = []
     for jobs in (1, 3):
         study = load(tmp_path, f"{text}\njobs: {jobs}\n")
-        parts = study.parts(ENGINE)
-        assert len(parts) == 2 * jobs
-        made = [run_part(**json.loads(json.dumps(job.settings))) for job in parts.values()]
-        cubes.append(gather(made, **study.gathered(ENGINE)["cube.nc"].settings))
+        assert len(study.parts(ENGINE)) == 2 * jobs
+        cubes.append(cube_of(study))
         cubes[-1].attrs.pop("study")
     assert estimate(study).slices == 6
     assert cubes[0].sizes["draw"] == 5

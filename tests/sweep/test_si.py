@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 from scenes import SI as SCENE_SI
+from studies import load
 
 import damper
 from damper import Parameters, SIParameters, State, events, simulate
@@ -28,7 +29,7 @@ from damper.parameters.quantities import (
     SI_QUANTITIES,
 )
 from damper.parameters.units import AMPLITUDES, name_of, units_of
-from damper.study.config import ConfigError, load_study
+from damper.study.config import ConfigError
 from damper.sweep.cube import CONVENTIONS, write_cube
 from damper.sweep.orbits.periodic import followed
 from damper.sweep.runs import run_points
@@ -541,12 +542,6 @@ periods: 3
 observers:
   impacts:
 """
-
-
-def load(folder: Path, text: str) -> Any:
-    path = folder / "si.yaml"
-    path.write_text(text)
-    return load_study(path)
 
 
 def test_study_in_si(tmp_path: Path) -> None:

@@ -1,0 +1,45 @@
+"""Studies of tests: written into a file and loaded, what is said of mistakes, and their cubes."""
+
+import json
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from damper.study.config import ConfigError, load_study
+
+ENGINE = {"accuracy": 1e-12, "max_events": 10**6}
+#: What a user has no use for.
+JARGON = ("pydantic", "type=", "input_", "Traceback", "https:", "tuple", "dict")
+
+
+def load(folder: Path, given: str | dict[str, Any], name: str = "study") -> Any:
+    """Write a study, as text or as data, into a file of this name and load it."""
+    path = folder / f"{name}.yaml"
+    path.write_text(given if isinstance(given, str) else yaml.safe_dump(given, sort_keys=False))
+    return load_study(path)
+
+
+def blame(folder: Path, given: str | dict[str, Any], name: str = "study") -> str:
+    """What is said of one that is wrong: in plain words, the path of the file cut to its name."""
+    with pytest.raises(ConfigError) as caught:
+        load(folder, given, name)
+    message = str(caught.value)
+    assert not [word for word in JARGON if word in message], message
+    return message.replace(f"{folder}/", "")
+
+
+def cube_of(study: Any) -> Any:
+    """Its cube, by the jobs of the workflow and with settings as a job gets them."""
+
+    def plainly(settings: Any) -> Any:
+        return json.loads(json.dumps(settings))
+
+    parts = [
+        import_module(job.module).run_part((), **plainly(job.settings), **job.files)
+        for job in study.parts(ENGINE).values()
+    ]
+    (job,) = study.gathered(ENGINE).values()
+    return import_module(job.module).gather(parts, **plainly(job.settings))
