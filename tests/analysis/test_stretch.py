@@ -1,24 +1,22 @@
 """The sampled stretch lies in the record, its figure in the stretch: told as a study is read."""
 
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
+from studies import blame, load
 
 from damper.observers.trajectory import SampledTrajectory
-from damper.study.config import ConfigError, load_study
 
 BURST = Path(__file__).parents[2] / "config/studies/burst.yaml"
 
 
-def study(folder: Path, periods: int, observer: dict[str, Any], **figure: Any) -> Path:
+def study(periods: int, observer: dict[str, Any], **figure: Any) -> dict[str, Any]:
     data = yaml.safe_load(BURST.read_text())
-    data |= {"periods": periods, "observers": {"trajectory": observer}}
     data["figures"]["history"] |= figure
-    path = folder / "burst.yaml"
-    path.write_text(yaml.safe_dump(data))
-    return path
+    return data | {"periods": periods, "observers": {"trajectory": observer}}
 
 
 @pytest.mark.parametrize(
@@ -30,27 +28,27 @@ def test_study_refuses_what_the_observer_refuses(
 ) -> None:
     settings = {"samples_per_period": samples_per_period, "start": start}
     settings |= {} if length is None else {"length": length}
-    path = study(tmp_path, 2, settings)
     try:
         SampledTrajectory(**settings).size("instant", 2)
     except ValueError:
-        with pytest.raises(
-            ConfigError, match=r"observers.trajectory\n.*does not lie in the record"
-        ):
-            load_study(path)
+        message = blame(tmp_path, study(2, settings))
+        assert re.search(r"observers.trajectory\n.*does not lie in the record", message)
     else:
-        load_study(path)
+        load(tmp_path, study(2, settings))
 
 
-def test_figure_starts_in_the_stretch(tmp_path: Path) -> None:
-    load_study(study(tmp_path, 4, {"start": 1, "length": 2}, start=1.9))
-    with pytest.raises(ConfigError, match=r"figures.history.start\n.*starts 2 periods") as caught:
-        load_study(study(tmp_path, 4, {"start": 1, "length": 2}, start=2))
-    assert "number >= 0 and < 2" in str(caught.value)
-
-
-def test_figure_stops_in_the_stretch(tmp_path: Path) -> None:
-    load_study(study(tmp_path, 4, {"start": 1, "length": 2}, stop=2))
-    with pytest.raises(ConfigError, match=r"figures.history.stop\n.*stops 2.5 periods") as caught:
-        load_study(study(tmp_path, 4, {"start": 1, "length": 2}, stop=2.5))
-    assert "number <= 2" in str(caught.value)
+@pytest.mark.parametrize(
+    ("end", "inside", "outside", "words", "allowed"),
+    [
+        ("start", 1.9, 2, "starts 2 periods", "number >= 0 and < 2"),
+        ("stop", 2, 2.5, "stops 2.5 periods", "number <= 2"),
+    ],
+)
+def test_figure_lies_in_the_stretch(
+    tmp_path: Path, end: str, inside: float, outside: float, words: str, allowed: str
+) -> None:
+    stretch = {"start": 1, "length": 2}
+    load(tmp_path, study(4, stretch, **{end: inside}))
+    message = blame(tmp_path, study(4, stretch, **{end: outside}))
+    assert re.search(rf"figures.history.{end}\n.*{words}", message)
+    assert allowed in message

@@ -17,11 +17,6 @@ def events(scene: tuple, state: tuple = (0.0, 0.0, 0.0, 0.0), **settings: Any) -
     return damper.events(damper.Parameters(*scene), damper.State(*state), **settings)
 
 
-def of_kind(found: np.ndarray, kind: int) -> np.ndarray:
-    """Return the rows of one kind."""
-    return found[found["kind"] == kind]
-
-
 CHATTER = (0.1, 0.05, 0.2, 0.25, 0.6)
 
 
