@@ -17,6 +17,19 @@ from damper.theory.two_impacts import orbits
 RUN = {"transient": 5, "periods": 5, "primary": "steady"}
 
 
+@pytest.mark.parametrize("own", [{}, {"gravity": 0.1}], ids=["alike", "unlike"])
+def test_listed_masses_are_not_taken_for_one(own: dict[str, float]) -> None:
+    point = {"mass_ratio": 0.1, "damping_ratio": 0.1, "frequency_ratio": 1.0, "clearance": 5.0}
+    observers = ["stroboscopic_section"]
+    cube = damper.simulate(
+        **point, restitution=0.5, masses=[{}, own], transient=1, periods=1, observers=observers
+    )
+    p, _ = damper_at(cube)
+    assert [one.gravity for one in p.each] == [0.0, own.get("gravity", 0.0)]
+    with pytest.raises(ValueError, match=r"^the closed form is that of the rigid damper"):
+        two_impact_ranges(cube.expand_dims("clearance"), "clearance")
+
+
 # --- small-mass limit
 
 

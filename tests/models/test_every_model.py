@@ -333,8 +333,8 @@ DECLARED = sorted(
 AIDS = ("longer_step", "proves_inside", "stays_below")
 #: A Taylor series of the derivatives that each force gives: it asks for those. And the law of one
 #: wall, where the walls are alike: what is asked of that has to be known. The row of a log is that
-#: of one free mass unless a model says otherwise, as are its motion and its deviations, and its
-#: energy asks for the mass at a moment.
+#: of one free mass unless a model says otherwise, as are its motion and its deviations, and what
+#: impacts take from it, beside a primary alone in flight; its energy asks for the mass at a moment.
 GENERAL = (
     "taylor",
     "law_at",
@@ -343,6 +343,9 @@ GENERAL = (
     "stored_energy",
     "masses_at",
     "over_time",
+    "lost_at_start",
+    "own_share",
+    "primary_of",
 )
 #: What every force answers but `damper.engine.forcing.weighed`, which is made of one: no weight.
 UNWEIGHED: dict[str, Any] = {

@@ -13,7 +13,7 @@ from damper.engine.compiled import plain
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
 from damper.models import start_run
 from damper.models.several.bodies import CAUSE, COMPLETION, GAP, MODE, RATE, SIDE
-from damper.models.several.pinch import close_pinch
+from damper.models.several.pinch import close_pinch, share_of_pinch
 from damper.models.tangent import derivative
 from damper.observers.common.laws import broken
 from damper.sweep.runs import run_points
@@ -86,6 +86,27 @@ def test_what_is_left_is_the_sum_of_all_impacts() -> None:
                 break
         assert (before[0, MODE] == TAIL) == (len(made) == 200), seed
     assert 10 < endless < 50
+
+
+@plain
+def test_each_mass_loses_what_its_impacts_take() -> None:
+    """Impact by impact; of heavy masses these are many thousands."""
+    shares = []
+    for seed in range(60):
+        model, bodies = pinched(seed)
+        if len(impacts(model, bodies)) < 200:
+            continue
+        rate, speed, k, lost = float(bodies[0, RATE]), -float(bodies[1, RATE]), 1, [0.0, 0.0]
+        while speed > 1e-9:
+            mu, r = float(model.masses[k, 0]), float(model.masses[k, 3 + k])
+            lost[k] += mu / (1 + mu) * (1 - r * r) * speed**2
+            rate, speed, k = r * speed, mu * (1 + r) / (1 + mu) * speed - rate, 1 - k
+        bodies[:, MODE] = TAIL
+        found = [share_of_pinch(model, bodies, k) for k in range(2)]
+        assert found == pytest.approx(np.array(lost) / sum(lost), rel=1e-10), seed
+        shares.append(found[0])
+    assert min(shares) < 0.35 < 0.65 < max(shares)
+    assert share_of_pinch(model, np.vstack([bodies, np.zeros(8)]), 2) == 0.0
 
 
 @plain

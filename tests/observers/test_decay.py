@@ -117,6 +117,31 @@ def test_energies_add_up(changes: dict[str, float]) -> None:
     assert sum(parts) == pytest.approx(start, rel=1e-10)
 
 
+UNLIKE = [{"clearance": 0.5, "gravity": 0.05}, {"mass_ratio": 0.3, "restitution": 0.3}, {}]
+
+
+def test_what_each_of_several_masses_takes_adds_up() -> None:
+    together = observed(masses=UNLIKE)
+    each = observed(masses=UNLIKE, observers={"decay": {"half_cycles": 40, "bodies": [0, 1, 2]}})
+    assert each.energy_to_impacts.dims == ("body",)
+    assert each.energy_to_impacts.values.min() > 0.0
+    total = float(together.energy_to_impacts)
+    assert float(each.energy_to_impacts.sum()) == pytest.approx(total, rel=1e-10)
+    left = float(each.energy_left + each.energy_to_dashpot)
+    assert total + left == pytest.approx(float(each.energy_at_start), rel=1e-10)
+    np.testing.assert_array_equal(each.peak_amplitude, together.peak_amplitude)
+
+
+def test_masses_in_step_make_a_vibration_decay_as_one() -> None:
+    one = observed()
+    parts = observed(masses=[{"mass_ratio": 0.03}, {"mass_ratio": 0.07}],
+                     observers={"decay": {"half_cycles": 40, "bodies": [0, 1]}})  # fmt: skip
+    for name in ("peak_time", "peak_amplitude", "equivalent_damping_ratio", "energy_left"):
+        np.testing.assert_allclose(parts[name], one[name], rtol=1e-10, err_msg=name)
+    lost = float(one.energy_to_impacts) * np.array([0.3, 0.7])
+    np.testing.assert_allclose(parts.energy_to_impacts, lost, rtol=1e-10)
+
+
 def test_a_later_record_has_the_same_peaks() -> None:
     """One that begins on the way to zero leaves that part out."""
     whole, later = observed(), observed(transient=3, periods=5, frequency_ratio=1.0)

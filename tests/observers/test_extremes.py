@@ -18,6 +18,7 @@ POINT: dict[str, Any] = {
     "restitution": 0.6,
 }
 RECORD = damper.Record([0.0, 1.0, 2.0, 4.0], [0.0, 2.0, -3.0, 0.0], of="base_acceleration")
+MASSES = [{"clearance": 0.3}, {"mass_ratio": 0.3, "gravity": 0.2}]
 RESPONSE = {"response": {"extremes": True}}
 SAMPLED = RESPONSE | {"trajectory": {"samples_per_period": 4000}}
 
@@ -32,11 +33,15 @@ SAMPLED = RESPONSE | {"trajectory": {"samples_per_period": 4000}}
         {"damping_ratio": 1.2},
         {"forcing": damper.Base("base")},
         {"forcing": damper.Harmonics((1, 3), (1.0, 0.5))},
+        {"masses": MASSES, "frequency_ratio": 0.5, "restitution": 0.3},
+        {"masses": MASSES, "restitution": 0.3, "forcing": damper.Base("base")},
     ],
     ids=str,
 )
 def test_extremes_are_those_of_dense_samples(change: dict[str, Any]) -> None:
-    cube = damper.simulate(**POINT | change, transient=3, periods=2, observers=SAMPLED)
+    bodies = {"bodies": range(2)} if "masses" in change else {}
+    ask = {name: {**given, **bodies} for name, given in SAMPLED.items()} | RESPONSE
+    cube = damper.simulate(**POINT | change, transient=3, periods=2, observers=ask)
     x, v, time = (
         cube[f"trajectory_{n}"].values[np.isfinite(cube.trajectory_time.values)]
         for n in ("displacement", "velocity", "time")
@@ -63,6 +68,45 @@ def test_extremes_are_the_same_in_both_frames_of_a_base() -> None:
         found.append(run_points([point], RESPONSE, state=damper.State(0.0, v, 0.0, v), **run)[0])
     for name in ("peak_force", "peak_acceleration"):
         np.testing.assert_allclose(found[0][name], found[1][name], rtol=1e-9)
+
+
+def test_of_several_masses_each_impact_takes_what_it_changes() -> None:
+    """Impulse and loss from velocities before and after; without `bodies` the largest of all."""
+    largest = {"impacts": {"largest": True}}
+    run = POINT | {"masses": MASSES, "restitution": 0.3, "transient": 3, "periods": 4}
+    bodies = {"bodies": [0, 1]}
+    ask = {"impacts": {"largest": True} | bodies, "trajectory": bodies}
+    each, every = damper.simulate(**run, observers=ask), damper.simulate(**run, observers=largest)
+    assert int(each.trajectory_events_left_out) == 0
+    rows = each.isel(instant=np.isfinite(each.trajectory_time.values))
+    v, u = rows.trajectory_velocity.values, rows.trajectory_free_velocity.values
+    before = np.flatnonzero(rows.trajectory_event.values == 0)[::2]
+    hit = rows.trajectory_body.values[before].astype(int)
+    for body, ratio in enumerate([0.1, 0.3]):
+        own = before[hit == body]
+        impulse = ratio * abs(u[body, own + 1] - u[body, own])
+        speeds = abs(u[body, own] - v[own]), abs(u[body, own + 1] - v[own + 1])
+        found = each.sel(body=body)
+        assert len(own) > 5
+        assert float(found.max_impulse) == pytest.approx(impulse.max(), rel=1e-9)
+        loss = 0.5 * impulse * (speeds[0] - speeds[1])
+        assert float(found.max_impact_loss) == pytest.approx(loss.max(), rel=1e-9)
+    for name in ("max_impulse", "max_impact_loss"):
+        assert float(every[name]) == float(each[name].max())
+
+
+def test_the_primary_alone_is_that_of_one_mass() -> None:
+    forcing = damper.Harmonics((1, 3), (1.0, 0.5))
+    run: dict[str, Any] = POINT | {"forcing": forcing, "transient": 3, "periods": 2}
+    ask = {"response": {"without_damper": True}}
+    one = damper.simulate(**run, observers=ask)
+    two = damper.simulate(**run, masses=MASSES, observers=ask)
+    for peak, ratio in (
+        ("peak_displacement", "amplitude_ratio"),
+        ("rms_displacement", "rms_ratio"),
+    ):
+        alone = [float(cube[peak] / cube[ratio]) for cube in (one, two)]
+        assert alone[0] == pytest.approx(alone[1], rel=1e-12)
 
 
 def test_a_single_impact_takes_what_its_speed_says() -> None:

@@ -55,6 +55,55 @@ def test_means_are_those_of_response_and_of_samples(changes: dict[str, float]) -
     assert float(cube.mean_square_place) == pytest.approx(float((place**2).mean()), rel=1e-3)
 
 
+UNLIKE = [{"mass_ratio": 0.05, "clearance": 0.3}, {"gravity": 0.2, "restitution": 0.5}, {}]
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.1])
+def test_of_several_masses_sums_are_those_of_response_and_means_those_of_samples(
+    friction: float,
+) -> None:
+    bodies = {"bodies": [0, 1, 2]}
+    ask = {
+        "statistics": {"batches": 9, "above": 1e-3, **bodies},
+        "response": {"friction_loss": True},
+        "impacts": {"threshold": {"speed": 1e-3}, **bodies},
+        "trajectory": {"samples_per_period": 2000, **bodies},
+    }
+    changes = {"restitution": 0.3, "frequency_ratio": 0.5, "clearance": 0.6, "friction": friction}
+    cube = observed(ask, masses=UNLIKE, **changes)
+    assert "body" not in cube.mean_loss.dims
+    for found, expected in (
+        (cube.mean_potential_energy, 0.5 * cube.rms_displacement**2),
+        (cube.mean_input, cube.energy_input),
+        (cube.mean_loss, cube.dashpot_loss + cube.impact_loss + cube.friction_loss),
+        (cube.mean_impact_loss.sum("body"), cube.impact_loss),
+        (cube.impact_rate.sum("body"), cube.impacts_per_period.sum("body")),
+    ):
+        assert float(found) == pytest.approx(float(expected), rel=1e-12)
+    sampled = cube.isel(instant=np.isnan(cube.trajectory_event.values))
+    assert (sampled.trajectory_mode > 0).sum("instant").min() > 1000
+    for body, (ratio, clearance) in enumerate([(0.05, 0.3), (0.3, 0.6), (0.3, 0.6)]):
+        here, mean = sampled.sel(body=body), cube.sel(body=body)
+        u, x = here.trajectory_free_velocity, here.trajectory_displacement
+        place = (here.trajectory_free_displacement - x) / clearance
+        kinetic = 0.5 * ratio * float((u**2).mean())
+        assert float(mean.mean_free_mass_energy) == pytest.approx(kinetic, rel=1e-3)
+        assert float(mean.mean_square_place) == pytest.approx(float((place**2).mean()), rel=1e-3)
+
+
+def test_masses_in_step_have_the_means_of_one_in_equal_parts() -> None:
+    changes = {"restitution": 0.3, "frequency_ratio": 0.5}
+    one = observed({"statistics": {"above": 1e-3}}, **changes)
+    ask = {"statistics": {"above": 1e-3, "bodies": [0, 1, 2]}}
+    each = observed(ask, masses=[{"mass_ratio": 0.1}] * 3, **changes)
+    for name in ("mean_impact_loss", "mean_free_mass_energy"):
+        assert 3.0 * each[name].values == pytest.approx(float(one[name]), rel=1e-9), name
+    for name in ("mean_square_place", "impact_rate"):
+        assert each[name].values == pytest.approx(float(one[name]), rel=1e-9), name
+    for name in ("mean_loss", "mean_input", "mean_kinetic_energy"):
+        assert float(each[name]) == pytest.approx(float(one[name]), rel=1e-9), name
+
+
 def test_a_free_mass_that_bounces_between_walls_at_rest() -> None:
     free = {"mass_ratio": 1e-6, "restitution": 1.0, "forcing": "none", "force_amplitude": 0.0}
     start = {"initial_position": 0.0, "initial_relative_velocity": 3.0}

@@ -9,9 +9,9 @@ import numpy as np
 
 from damper.parameters import Parameters, Units
 from damper.parameters.lazy import xr
-from damper.parameters.quantities import PARAMETER_NAMES, SI_NAMES
+from damper.parameters.quantities import INITIAL_NAMES, PARAMETER_NAMES, SI_NAMES, quantities_in
 from damper.sweep.points import read_point
-from damper.sweep.record import force_of
+from damper.sweep.record import force_of, masses_of
 from damper.theory import need_basic
 from damper.theory.steady import steady_amplitude
 from damper.theory.two_impacts import Orbit, orbits
@@ -83,7 +83,8 @@ def dense(values: np.ndarray, between: int, most: int) -> np.ndarray:
 
 
 def _scalars(place: xr.Dataset) -> dict[str, Any]:
-    """Parameters that are scalar coordinates, and the force."""
-    names = dict.fromkeys((*PARAMETER_NAMES, *SI_NAMES))
-    values = {n: float(place[n]) for n in names if n in place.coords and place[n].ndim == 0}
+    """Parameters that are scalar coordinates, the force, and the masses that are listed."""
+    names = (n for n in quantities_in(place.coords) if n not in INITIAL_NAMES)
+    values: dict[str, Any] = {n: float(place[n]) for n in names if place[n].ndim == 0}
+    values |= {name: [{}] * count for name, count in masses_of(place).items()}
     return values | force_of(place)

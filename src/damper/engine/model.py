@@ -89,7 +89,7 @@ def masses_in(model: Any, state: State) -> tuple[Any, Any]:
 
 @singledispatch
 def count_masses(model: Any) -> int:
-    """How many free masses there are. This and the next two never run compiled."""
+    """How many free masses there are. This and the next four never run compiled."""
     return 1
 
 
@@ -97,6 +97,12 @@ def count_masses(model: Any) -> int:
 def view_of_mass(model: Any, body: int) -> Any:
     """Constants for what observes one of several free masses alone."""
     return model
+
+
+@singledispatch
+def with_walls_at(model: Any, clearance: float) -> Any:
+    """Constants of the damper whose walls are this far from the centre, those of each mass."""
+    return model._replace(clearance=clearance)
 
 
 @singledispatch

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from damper.engine.bodies import strength_on
 from damper.engine.bounds import bounds_ahead
 from damper.engine.compiled import compiled
+from damper.engine.dispatch import by_class_or_default
 from damper.engine.forcing import bound_ahead, common, force_rates, phase_at
 from damper.engine.oscillator import Motion, Oscillator, higher_derivatives, increments, motion_from
 from damper.engine.peak import Moment, bounds_of, highest, moment_at
@@ -66,7 +67,7 @@ def _bounds_of(moving, moment, span):
     )
 
 
-@compiled
+@by_class_or_default
 def primary_extremes(
     model: Any, segment: Segment, low: float, high: float, through: float, most: Any
 ) -> None:
@@ -76,22 +77,33 @@ def primary_extremes(
     a base whose motion is that of the ground, else 0.
     """
     s = segment
-    free, stuck = model.free, model.stuck
+    osc, v, shift = model.free, s.v, 0.0
+    if s.mode != FLIGHT:
+        stiffness = model.mass_ratio * model.mass.stiffness
+        shift = stiffness / (1.0 + stiffness) * s.side * model.clearance
+        osc, v = model.stuck, centre_velocity(s, model.mass_ratio)
+    start = motion_from(osc, s.x + shift, v, phase_at(osc.forcing, s.periods, s.time))
+    extremes_of(model, osc, start, shift, low, high, through, most)
+
+
+@compiled
+def extremes_of(
+    model: Any,
+    osc: Oscillator,
+    start: Motion,
+    shift: float,
+    low: float,
+    high: float,
+    through: float,
+    most: Any,
+) -> None:
+    """As `primary_extremes`, of a primary that moves as an oscillator from a start."""
+    free = model.free
     spring = (1.0, 2.0 * free.damping, 0.0, -through * free.strength)
     # In the frame of a base the force is that of inertia, minus the base's acceleration.
     moved = (0.0, 0.0, 1.0, -strength_on(model.mass))
-    if s.mode == FLIGHT:
-        phase = phase_at(free.forcing, s.periods, s.time)
-        start = motion_from(free, s.x, s.v, phase)
-        most.force = _highest(free, start, 0.0, spring, low, high, most.force)
-        most.acceleration = _highest(free, start, 0.0, moved, low, high, most.acceleration)
-    else:
-        stiffness = model.mass_ratio * model.mass.stiffness
-        shift = stiffness / (1.0 + stiffness) * s.side * model.clearance
-        phase = phase_at(stuck.forcing, s.periods, s.time)
-        start = motion_from(stuck, s.x + shift, centre_velocity(s, model.mass_ratio), phase)
-        most.force = _highest(stuck, start, shift, spring, low, high, most.force)
-        most.acceleration = _highest(stuck, start, shift, moved, low, high, most.acceleration)
+    most.force = _highest(osc, start, shift, spring, low, high, most.force)
+    most.acceleration = _highest(osc, start, shift, moved, low, high, most.acceleration)
 
 
 @compiled

@@ -41,7 +41,7 @@ from damper.engine.model import mass_ratio_at, motion
 from damper.engine.oscillator import OVERDAMPED, Motion, Oscillator, increments, motion_from
 from damper.engine.peak import Moment, bounds_of, highest, moment_at
 from damper.engine.quadrature import FEWEST, LONGEST_REACH, NODES, WEIGHTS, nodes_for
-from damper.engine.segment import FLIGHT, TAIL, Segment, centre_velocity
+from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment, centre_velocity
 from damper.parameters.models import name_of
 
 #: Part of the largest displacement below which a bounce's height does not show.
@@ -90,9 +90,39 @@ def impact_loss(model: Any, segment: Segment) -> float:
     """Energy lost in the impact that begins a segment."""
 
 
+@by_class_or_default
+def lost_at_start(model: Any, segment: Segment) -> float:
+    """Energy lost in all impacts at a segment's start, whichever mass the segment speaks of."""
+    return impact_loss(model, segment) if segment.cause == IMPACT else 0.0
+
+
+@by_class_or_default
+def own_loss(model: Any, segment: Segment) -> float:
+    """Part of the loss in the impacts at a segment's start that is of its own mass."""
+    return impact_loss(model, segment)
+
+
+@by_class_or_default
+def own_share(model: Any, segment: Segment) -> float:
+    """Part of the loss in a tail, after the impact that begins it, that is of its own mass."""
+    return 1.0
+
+
+@by_class
+def own_impulse(model: Any, segment: Segment) -> float:
+    """Impulse on the mass whose impact begins a segment."""
+
+
+@by_class_or_default
+def primary_of(model: Any, segment: Segment) -> Oscillator:
+    """The primary's oscillator in a segment in which the segment's mass flies."""
+    return model.free  # type: ignore[no-any-return]
+
+
 def have_rigid_walls(kind: type) -> None:
     """Let the response of a model be that of one with rigid walls."""
     impact_loss.of(kind)(_lost_at_a_rigid_wall)
+    own_impulse.of(kind)(_impulse_at_a_rigid_wall)
     energy_in.of(kind)(_energy_between_rigid_walls)
     integrate_segment.of(kind)(_integrate_between_rigid_walls)
 
@@ -103,6 +133,12 @@ def _lost_at_a_rigid_wall(model: Any, segment: Segment) -> float:
     mass_ratio = mass_ratio_at(model, segment.periods, segment.time)
     reduced = mass_ratio / (1.0 + mass_ratio)
     return 0.5 * reduced * (segment.speed - segment.gap_rate) * (segment.speed + segment.gap_rate)
+
+
+@compiled
+def _impulse_at_a_rigid_wall(model: Any, segment: Segment) -> float:
+    mass_ratio = mass_ratio_at(model, segment.periods, segment.time)
+    return mass_ratio / (1.0 + mass_ratio) * (segment.speed + segment.gap_rate)
 
 
 @by_class_or_default

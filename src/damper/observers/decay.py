@@ -8,20 +8,21 @@ import numpy as np
 from damper.engine.compiled import compiled
 from damper.engine.forcing.none import ZeroForce
 from damper.engine.forcing.record import PiecewiseLinear
-from damper.engine.model import motion
-from damper.engine.segment import segment_at
+from damper.engine.model import motion, read_segment
+from damper.engine.segment import IMPACT, TAIL
 from damper.engine.trajectory import Trajectory
-from damper.models.response import prepare_tables
+from damper.models.response import integrate_segment, own_loss, own_share, prepare_tables
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
-from damper.observers.common.settings import Setting
+from damper.observers.common.settings import BODIES, Setting
 from damper.observers.response import TOTALS, follow
-from damper.parameters.models import SMOOTH
+from damper.parameters.models import FRICTIONLESS
 from damper.parameters.variables import ENERGY, LENGTH, TIME, Variable
 
 #: Half cycles so far; the side of zero that x is on; the highest |x| there and its time; the first
-#: peak and the last one, with their times.
+#: peak and the last one, with their times; energy that impacts take from one of several masses.
 _HALF = record_type(
-    "number", "side", "highest", "moment", "first", "first_moment", "last", "last_moment"
+    *("number", "side", "highest", "moment", "first", "first_moment", "last", "last_moment"),
+    "lost",
 )
 #: A step in which v changes its sign once at most, in units of 1/rate of the free vibration, which
 #: turns no sooner than after pi/rate.
@@ -53,11 +54,14 @@ class Decay(Observer):
     mass takes no part, and negative where the peaks grow.
 
     Energies are sums over the record, in units of F0^2/K: what there was at its start, less losses,
-    is left. Under a force, but after the end of a record or noise, and with a free mass that
-    varies, all stays missing but `vibration`, which says so, and studies refuse it.
+    is left. With `bodies` what goes to impacts is that of each of several masses.
+
+    Under a force, but after the end of a record or noise, and with a free mass that varies, all
+    stays missing but `vibration`, which says so, and studies refuse it.
     """
 
-    models = SMOOTH
+    models = FRICTIONLESS
+    bodies = BODIES
     half_cycles = Setting(
         1000, "Half cycles of each run that are listed, the first ones.", ge=3, le=10_000_000
     )
@@ -120,6 +124,8 @@ class Decay(Observer):
         ),
     )
 
+    shared = tuple(v.name for v in variables if v.name != "energy_to_impacts")
+
     def size(self, dim: str, window_length: int) -> int:
         """Number of half cycles or of parts."""
         return self.half_cycles if dim == "half_cycle" else len(self.parts)
@@ -149,6 +155,8 @@ class Decay(Observer):
             follow(self._model, self._tables, log, self._window, self._totals)
             peaks = Peaks(self._half, self._listed, self._parts, self._falls)
             _find(self._model, log, self._window, self._step, peaks)
+            if self.bodies:
+                _lose(self._model, self._tables, log, self._window, self._half)
 
     def finish(self, finished: bool) -> None:
         """Write what there is; sums and counts stay missing where the run stopped early."""
@@ -168,7 +176,7 @@ class Decay(Observer):
             {
                 "half_cycles": half.number,
                 "energy_at_start": total.stored,
-                "energy_to_impacts": total.loss,
+                "energy_to_impacts": half.lost if self.bodies else total.loss,
                 "energy_to_dashpot": dashpot,
                 "energy_left": total.stored_last,
             }
@@ -205,7 +213,7 @@ def _find(model, log, window, step, peaks):
     """Note all turning points and impacts of the primary in the record."""
     half = peaks.half[0]
     for index in range(len(log)):
-        s = segment_at(log[index])
+        s = read_segment(model, log[index])
         start, low, high = part_within(s, model.cycle, window)
         if high < low:
             continue
@@ -225,6 +233,21 @@ def _find(model, log, window, step, peaks):
             _note(start + end, x, peaks)
             tau = end
             v = v_end
+
+
+@compiled
+def _lose(model, tables, log, window, half):
+    """Add what impacts in the record take from one of several masses."""
+    for index in range(len(log)):
+        s = read_segment(model, log[index])
+        start, low, high = part_within(s, model.cycle, window)
+        if high < low:
+            continue
+        if s.cause == IMPACT and start >= 0.0:
+            half[0].lost += own_loss(model, s)
+        if s.mode == TAIL:
+            part = integrate_segment(model, tables, s, low, high, math.inf)
+            half[0].lost += own_share(model, s) * part.loss
 
 
 @compiled

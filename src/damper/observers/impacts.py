@@ -3,10 +3,10 @@
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.model import mass_ratio_at, read_segment
-from damper.engine.segment import IMPACT, TAIL, segment_at
+from damper.engine.model import read_segment
+from damper.engine.segment import IMPACT, TAIL
 from damper.engine.trajectory import Trajectory
-from damper.models.response import impact_loss, prepare_tables
+from damper.models.response import own_impulse, own_loss, prepare_tables
 from damper.observers.common.base import (
     Observer,
     Window,
@@ -41,7 +41,7 @@ class Impacts(Observer):
     largest = Setting(
         False,
         "Write the largest impulse of an impact, and the largest energy that one takes, as well.",
-        models=("rigid", "grounded", "time_varying", "sliding"),
+        models=("rigid", "grounded", "time_varying", "sliding", "several"),
     )
 
     @property
@@ -131,9 +131,7 @@ def _find_largest(model, log, window, most):
     """Note the largest impulse and loss of single impacts: not of the closed rest of a burst."""
     found = most[0]
     for index in range(len(log)):
-        s = segment_at(log[index])
+        s = read_segment(model, log[index])
         if s.cause == IMPACT and since(s, model.cycle, window.periods, window.time) >= 0.0:
-            mass_ratio = mass_ratio_at(model, s.periods, s.time)
-            reduced = mass_ratio / (1.0 + mass_ratio)
-            found.impulse = max(found.impulse, reduced * (s.speed + s.gap_rate))
-            found.loss = max(found.loss, impact_loss(model, s))
+            found.impulse = max(found.impulse, own_impulse(model, s))
+            found.loss = max(found.loss, own_loss(model, s))

@@ -14,7 +14,7 @@ from damper.engine.compiled import compiled
 from damper.engine.forcing.harmonic import HarmonicForce
 from damper.engine.loop import FINISHED
 from damper.engine.model import read_segment
-from damper.engine.segment import IMPACT, segment_at
+from damper.engine.segment import IMPACT
 from damper.engine.trajectory import Trajectory
 from damper.models.extremes import primary_extremes
 from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
@@ -117,7 +117,7 @@ class Response(Observer):
         False,
         "Write the largest force in spring and dashpot, and the largest acceleration of the "
         "primary, as well.",
-        models=("rigid", "grounded"),
+        models=("rigid", "grounded", "several"),
     )
     without_damper = Setting(
         False,
@@ -253,7 +253,7 @@ def _follow_extremes(
     model: Any, log: np.ndarray, window: Window, through: float, most: Any
 ) -> None:
     for index in range(len(log)):
-        s = segment_at(log[index])
+        s = read_segment(model, log[index])
         _, low, high = part_within(s, model.cycle, window)
         if high >= low:
             primary_extremes(model, s, low, high, through, most[0])

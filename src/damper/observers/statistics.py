@@ -5,14 +5,22 @@ import math
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.model import motion, speeds_in_tail
+from damper.engine.model import motion, read_segment, speeds_in_tail
 from damper.engine.quadrature import FEWEST, LONGEST_REACH, NODES, WEIGHTS, nodes_for
-from damper.engine.segment import FLIGHT, IMPACT, TAIL, segment_at
+from damper.engine.segment import FLIGHT, IMPACT, TAIL
 from damper.engine.trajectory import Trajectory
-from damper.models.response import impact_loss, integrate_segment, longest_step, prepare_tables
+from damper.models.response import (
+    integrate_segment,
+    longest_step,
+    lost_at_start,
+    own_loss,
+    own_share,
+    prepare_tables,
+    primary_of,
+)
 from damper.observers.common.base import Observer, Window, part_within, record_type, visible_in_tail
 from damper.observers.common.limits import mean_within
-from damper.observers.common.settings import Setting
+from damper.observers.common.settings import BODIES, Setting
 from damper.parameters.variables import ENERGY, SPEED, Variable
 
 #: Sums over one batch: its time, integrals of squares (of x, v, the free mass's velocity u, and its
@@ -45,6 +53,9 @@ MEANS: dict[str, tuple[str, str, str, str, str]] = {
     ),
 }
 
+#: What is not of one of several free masses.
+_OF_ALL = ("mean_potential_energy", "mean_kinetic_energy", "mean_input", "mean_loss")
+
 
 class Statistics(Observer):
     """Means over the record, and how well they are known: for noise.
@@ -53,12 +64,14 @@ class Statistics(Observer):
     `response`; its limits are those of Student's t for the means of the batches, of which fewer
     count where neighbours are alike: limits become wide where a batch does not last several times
     as long as the motion remembers. Energies are in units of F0^2/K, per cycle where they are
-    powers. An impact counts from an approach speed on.
+    powers. An impact counts from an approach speed on. Each of several free masses has its own
+    energy, place and impacts; an energy of approach is that of this mass and the primary alone.
 
     Everything stays missing where the run stopped early.
     """
 
     models = ("rigid", "grounded", "sliding")
+    bodies = BODIES
     batches = Setting(20, "Equal parts of the record that make the limits.", ge=8, le=10_000)
     confidence = Setting(0.95, "Of the limits.", gt=0, lt=1)
     above = Setting(0.0, "Approach speed from which an impact counts.", SPEED, ge=0)
@@ -71,6 +84,8 @@ class Statistics(Observer):
             Variable(f"{name}_error", f"half width of the limits of the {meaning}", units),
         )
     )
+
+    shared = tuple(v.name for v in variables if v.name.removesuffix("_error") in _OF_ALL)
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
@@ -104,13 +119,15 @@ def _add(model, tables, log, window, above, sums):
     length = window.length * model.cycle / len(sums)
     last = len(sums) - 1
     for index in range(len(log)):
-        s = segment_at(log[index])
+        s = read_segment(model, log[index])
         start, low, high = part_within(s, model.cycle, window)
         if high < low:
             continue
         k = min(int((start + low) / length), last)
-        if s.cause == IMPACT and start >= 0.0:
-            _count(model, s, above, sums[k])
+        if start >= 0.0:
+            sums[k].loss += lost_at_start(model, s)
+            if s.cause == IMPACT:
+                _count(model, s, above, sums[k])
         while True:
             end = high if k == last else min((k + 1) * length - start, high)
             _integrate(model, tables, s, low, max(end, low), sums[k])
@@ -123,9 +140,7 @@ def _add(model, tables, log, window, above, sums):
 @compiled
 def _count(model, s, above, total):
     """Count the impact that begins a segment, and those of a tail after it."""
-    lost = impact_loss(model, s)
-    total.impact_loss += lost
-    total.loss += lost
+    total.impact_loss += own_loss(model, s)
     if s.speed >= above:
         total.impacts += 1.0
         total.approach2 += s.speed * s.speed
@@ -146,7 +161,7 @@ def _integrate(model, tables, s, low, high, total):
     total.x2 += part.square
     total.v2 += part.speed_square
     total.work += part.work
-    total.impact_loss += part.loss
+    total.impact_loss += own_share(model, s) * part.loss
     total.loss += part.loss + part.support + 2.0 * model.free.damping * part.speed_square
     if s.mode != FLIGHT:
         # In a tail the free mass is next to the wall, and moves as it does on average.
@@ -157,9 +172,10 @@ def _integrate(model, tables, s, low, high, total):
         return
     # The free mass's own; the force is that of the primary.
     rate = 2.0 * model.mass.damping + math.sqrt(model.mass.stiffness)
+    osc = primary_of(model, s)
     tau = low
     while tau < high:
-        whole = longest_step(model.free, tau)
+        whole = longest_step(osc, tau)
         if rate > 0.0:
             whole = min(whole, 0.5 * LONGEST_REACH / rate)
         step = min(whole, high - tau)

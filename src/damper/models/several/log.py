@@ -72,6 +72,13 @@ def _view_of_mass(model, body):
     )
 
 
+@declared.with_walls_at.register(Several)
+def _with_walls_at(model, clearance):
+    masses = model.masses.copy()
+    masses[:, CLEARANCE] = clearance
+    return model._replace(clearance=clearance, masses=masses)
+
+
 @declared.log_of_mass.register(Several)
 def _log_of_mass(model, log, body):
     made = log.copy()

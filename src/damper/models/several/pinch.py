@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
+from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
 from damper.models.several.bodies import (
     CAUSE,
@@ -35,6 +36,8 @@ from damper.models.several.bodies import (
 
 #: Part of the tolerance that may be left of a pinch: nothing but its impacts happens meanwhile.
 _NOTHING_LEFT = 1e-2
+#: Turns of a pinch after which all but the same part of what is lost is lost by one of the two.
+_MOST_TURNS = 1000
 #: Shortest time that is left of one: it has a length, and times far below have few digits.
 _SHORTEST = 1e-200
 
@@ -132,3 +135,37 @@ def lost_in_pinch(model: Several, start: Start, bodies: np.ndarray) -> float:
             energy += 0.5 * momentum * float(b[RATE])
             carried += momentum * float(b[SIDE])
     return energy - 0.5 * carried * carried / (1.0 + start.joined)
+
+
+@compiled
+def share_of_pinch(model: Several, bodies: np.ndarray, body: int) -> float:
+    """Part of what is lost in a pinch that is of one of the two, impact by impact."""
+    left, comes = 0, 0
+    for k in range(len(bodies)):
+        if bodies[k, MODE] == TAIL and bodies[k, RATE] < 0.0:
+            comes = k
+        elif bodies[k, MODE] == TAIL:
+            left = k
+    if body not in (left, comes):
+        return 0.0
+    rate, speed = float(bodies[left, RATE]), -float(bodies[comes, RATE])
+    own, total, before, ratio = 0.0, 0.0, 0.0, -1.0
+    for _ in range(_MOST_TURNS):
+        turn, of_own = 0.0, 0.0
+        for _ in range(2):
+            mu = float(model.masses[comes, RATIO])
+            r = restitution_of(model, comes, float(bodies[comes, SIDE]))
+            lost = mu / (1.0 + mu) * (1.0 - r * r) * speed * speed
+            turn += lost
+            of_own += lost if body == comes else 0.0
+            rate, speed = r * speed, max(mu * (1.0 + r) / (1.0 + mu) * speed - rate, 0.0)
+            left, comes = comes, left
+        own += of_own
+        total += turn
+        last, ratio = ratio, turn / before if before > 0.0 else 0.0
+        before = turn
+        if turn <= ROUNDOFF * total or abs(ratio - last) <= ROUNDOFF:
+            break
+    # Of the turns that are left each loses the same part of what the one before does.
+    rest = ratio / (1.0 - ratio) if ratio < 1.0 else 0.0
+    return (own + rest * of_own) / (total + rest * turn)

@@ -11,15 +11,55 @@ from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
 from damper.engine.forcing import force_rates
 from damper.engine.segment import FLIGHT, TAIL
+from damper.models import extremes
 from damper.models import response as declared
 from damper.models.several import bodies as several
 from damper.models.several.motion import bodies_in, state_in
-from damper.models.several.pinch import is_pinched, lost_in_pinch
+from damper.models.several.pinch import is_pinched, lost_in_pinch, share_of_pinch
 
 
 @declared.impact_loss.of(several.Several)
 def _impact_loss(model, segment):
     return segment.loss
+
+
+@declared.lost_at_start.of(several.Several)
+def _lost_at_start(model, segment):
+    return segment.loss
+
+
+@declared.own_impulse.of(several.Several)
+def _own_impulse(model, segment):
+    s = segment
+    ratio = float(model.masses[int(s.body), several.RATIO])
+    return ratio * (s.speed + s.gap_rate + s.side * (s.v_before - s.v))
+
+
+@declared.own_loss.of(several.Several)
+def _own_loss(model, segment):
+    return 0.5 * declared.own_impulse(model, segment) * (segment.speed - segment.gap_rate)
+
+
+@declared.own_share.of(several.Several)
+def _own_share(model, segment):
+    body = int(segment.body)
+    if is_pinched(segment.bodies):
+        return share_of_pinch(model, segment.bodies, body)
+    ratio, _, _ = _bouncing(model, segment)
+    b = segment.bodies[body]
+    bounces = b[several.MODE] == TAIL and b[several.RATE] > 0.0
+    return float(model.masses[body, several.RATIO]) / ratio if bounces else 0.0
+
+
+@declared.primary_of.of(several.Several)
+def _primary_of(model, segment):
+    return several.begin(model, segment).osc
+
+
+@extremes.primary_extremes.of(several.Several)
+def _primary_extremes(model, segment, low, high, through, most):
+    start = several.begin(model, segment)
+    extremes.extremes_of(model, start.osc, start.primary, 0.0, low, high, through, most)
 
 
 @declared.stored_energy.of(several.Several)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.model import count_masses, speeds_in_tail
+from damper.engine.model import count_masses, speeds_in_tail, with_walls_at
 from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.settings import Setting
@@ -120,7 +120,8 @@ class Observer:
         for model, (name, known) in product(models, self._known.items()):
             if model in known or name in found:
                 continue
-            if model == "several" and "bodies" in self.settings and {*known} >= {*ONE_MASS}:
+            each = not name or {*known} >= {*ONE_MASS}
+            if model == "several" and "bodies" in self.settings and each:
                 if not self.bodies:
                     reason = f"{self.name} observes one free mass, and there are {masses}"
                     found[""] = reason, f"bodies: {list(range(masses))}, or some of them"
@@ -158,12 +159,12 @@ class Observer:
 #: Clearance that no free mass ever crosses.
 _FAR = 1e100
 #: Models whose free mass leaves the primary alone where it meets no wall.
-LEAVE_ALONE = ("rigid", "grounded", "time_varying", "compliant")
+LEAVE_ALONE = ("rigid", "grounded", "time_varying", "compliant", "several")
 
 
 def primary_alone(trajectory: Trajectory) -> Trajectory:
     """Start the run of a damper's primary alone: the walls are out of reach."""
-    model = trajectory.model._replace(clearance=_FAR)
+    model = with_walls_at(trajectory.model, _FAR)
     return Trajectory(model, trajectory.initial, trajectory.max_events)
 
 
