@@ -142,13 +142,19 @@ def rubbing_scene(force: str, seed: int) -> tuple[dict[str, Any], tuple[Any, ...
 
 def resolved(rows: list[Row]) -> list[Row]:
     """All but the last events of chatter, which move whatever rests: kicks, slips and rests."""
-    kept = []
+    kept: list[Row] = []
+    dropped: dict[int, Row] = {}
     for k, row in enumerate(rows):
         near = [
             n for n in rows[k + 1 :] if n[0] == KINDS["stick"] and -ERROR < n[3] - row[3] < LAST
         ]
         if not (near if row[0] != KINDS["stick"] else any(n[1] == row[1] for n in near)):
-            kept.append(row)
+            # What a kick moves rests again.
+            last = dropped.get(row[1], (row[0],))
+            if row[0] != KINDS["rest"] or last[0] != KINDS["slip"] or row[3] - last[3] > LAST:
+                kept.append(row)
+                continue
+        dropped[row[1]] = row
     return kept
 
 

@@ -30,7 +30,7 @@ from damper.models.several.bodies import (
     restitution_of,
 )
 from damper.models.several.bodies import prepare as prepare
-from damper.models.several.contacts import hit, let_go, settle
+from damper.models.several.contacts import hit, let_go, settle, slide_on
 from damper.models.several.log import segment_of_all, told
 from damper.models.several.motion import all_after
 from damper.models.several.pinch import close_pinch, is_pinched, turns_of
@@ -122,6 +122,7 @@ def _fly(model, s, start):
     if hits:
         arriving[first] = side * s.bodies[first, SIDE]
     periods, time, x, v, bodies = all_after(model, s, start, last, arriving)
+    slide_on(model.friction, bodies)
     if first >= 0 and not hits:
         let_go(model.friction, model, bodies, first, side)
     v_before, loss = v, 0.0

@@ -7,7 +7,7 @@ import numpy as np
 
 from damper.engine.bodies import acceleration_of
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_class
+from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import phase_at
 from damper.engine.oscillator import motion_from
 from damper.engine.search import ROUNDOFF
@@ -160,6 +160,11 @@ def _settle(friction, model, s, mode):
             b[COMPLETION] = 0.0
             if mode == STICKING:
                 b[CAUSE] = STICK
+
+
+@by_class_or_default
+def slide_on(friction: Any, bodies: np.ndarray) -> None:
+    """Let slides go one way up to their end, whatever roundoff makes of their speed; in place."""
 
 
 @by_class

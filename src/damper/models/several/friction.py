@@ -52,7 +52,7 @@ from damper.models.several.bodies import (
     segment_of,
     view_of,
 )
-from damper.models.several.contacts import let_go, settle
+from damper.models.several.contacts import let_go, settle, slide_on
 from damper.models.several.tails import (
     NOTHING_LEFT,
     NextEvent,
@@ -121,10 +121,15 @@ def _settle(friction, model, s, mode):
     free = motion_from(model.free, s.x, s.v, phase).a
     ratios, levels = model.masses[:, RATIO], np.zeros(count)
     low, high = np.zeros(count), np.zeros(count)
+    soon = (NOTHING_LEFT * model.tolerance) ** 2
     for k in range(count):
         b = bodies[k]
-        most, on_wall = friction_of(friction, k), b[GAP] == 0.0
-        leaves = b[CAUSE] in (RELEASE, SLIP)
+        most, leaves = friction_of(friction, k), b[CAUSE] in (RELEASE, SLIP)
+        # One that stops is on its wall where it would be there in no time.
+        scale = abs(free) + abs(float(model.masses[k, GRAVITY])) + most
+        if b[MODE] == FLIGHT and b[RATE] == 0.0 and not leaves and 2.0 * b[GAP] <= scale * soon:
+            b[GAP] = 0.0
+        on_wall = b[GAP] == 0.0
         if is_joined(b[MODE]) or (b[RATE] == 0.0 and (on_wall or most > 0.0) and not leaves):
             levels[k] = -model.masses[k, GRAVITY]
             low[k] = -math.inf if on_wall and b[SIDE] > 0.0 else -most
@@ -228,6 +233,14 @@ def _is_balanced(here: EventPoint, width: float) -> bool:
     least = min(abs(here.value), abs(width - here.value))
     largest = max(least, abs(here.slope), abs(here.second), abs(here.third))
     return here.growth == 0.0 and largest <= here.roundoff
+
+
+@slide_on.of(Friction)
+def _slide_on(friction, bodies):
+    for k in range(len(bodies)):
+        b = bodies[k]
+        if b[MODE] == FLIGHT and b[WAY] * b[SIDE] * b[RATE] > 0.0:
+            b[RATE] = 0.0
 
 
 @let_go.of(Friction)

@@ -88,8 +88,11 @@ def _is_over(model, s, k, rebound):
     phase = phase_at(model.free.forcing, s.periods, s.time)
     y = s.x + float(s.bodies[k, SIDE] * model.masses[k, CLEARANCE])
     a = acceleration_of(model.free, s.x, s.v, phase)
-    b = acceleration_of(mass_of(model, k, 0.0), y, s.v, phase)
-    return rebound <= model.tolerance * abs(a - b)
+    pressed = abs(a - acceleration_of(mass_of(model, k, 0.0), y, s.v, phase))
+    pressed += friction_of(model.friction, k)
+    for j in range(len(s.bodies)):
+        pressed += float(model.masses[j, RATIO]) * friction_of(model.friction, j)
+    return rebound <= model.tolerance * pressed
 
 
 @compiled

@@ -62,10 +62,6 @@ def all_after(
         own = flight_of(view.mass, start, view, seg)
         gap, rate, roundoff = gap_after(own, view, seg, way, change, tau)
         width = 2.0 * view.clearance
-        if b[WAY] != 0.0:
-            # A slide goes one way; what is left of it where it stops is roundoff.
-            grows = -float(b[WAY]) * seg.side
-            rate = grows * max(grows * rate, 0.0)
         if arriving[k] == 0.0:
             if gap <= _TOGETHER * roundoff and rate < 0.0:
                 arriving[k] = seg.side

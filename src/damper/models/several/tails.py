@@ -158,6 +158,9 @@ def rest_together(model: Several, s: SeveralSegment, start: Start) -> float:
             b[MODE], b[CAUSE], b[SPEED], b[RATE] = STICKING, NOTHING, -b[RATE], 0.0
         elif rests[k] == 1.0:
             b[MODE], b[COMPLETION], b[RATE] = TAIL, 0.0, 0.0
+        elif b[MODE] == FLIGHT and b[CAUSE] == RELEASE and b[RATE] == 0.0:
+            # A kick that is none has released it.
+            b[MODE], b[CAUSE], b[WAY] = STICKING, NOTHING, 0.0
         elif b[MODE] == FLIGHT:
             b[RATE] += b[SIDE] * change
     return change
