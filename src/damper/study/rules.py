@@ -190,8 +190,9 @@ def _check_models(study: Study, contents: StudyContents, mistakes: Mistakes) -> 
         for key, (message, way) in made.refusals(study.models, most).items():
             place = ("observers", name, key) if key else ("observers", name)
             mistakes.add(place, message, way or "a study without it, or of one of these models")
-    for name in study.orbits if study.model not in FRICTIONLESS else ():
-        message = unknown_model("an orbit", study.model, FRICTIONLESS)
+    unknown = [model for model in study.models if model not in FRICTIONLESS]
+    for name in study.orbits if unknown else ():
+        message = unknown_model("an orbit", unknown[0], FRICTIONLESS)
         mistakes.add(("orbits", name), message, "a study of one of these models")
 
 
