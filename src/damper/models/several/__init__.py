@@ -81,7 +81,7 @@ def _following(model, segment, start):
         if s.bodies[k, MODE] == TAIL:
             tail = k
     if tail >= 0:
-        return _complete(model, s, start, float(s.bodies[tail, COMPLETION]))
+        return _complete(model, s, start, abs(float(s.bodies[tail, COMPLETION])))
     return _fly(model, s, start)
 
 
@@ -115,7 +115,10 @@ def _fly(model, s, start):
         found = next_event(model.friction, model, s, start, k, last, 0.0)
         steps += found.steps
         gave_up = gave_up or found.side == GAVE_UP
-        if abs(found.side) == 1.0 and found.tau <= last and (first < 0 or found.tau < last):
+        if found.side == GAVE_UP and found.tau < last:
+            # Up to there nothing happens to this one; beyond it, nobody knows.
+            last, first = found.tau, -1
+        elif abs(found.side) == 1.0 and found.tau <= last and (first < 0 or found.tau < last):
             last, first, side, stops = found.tau, k, found.side, found.stops
     arriving = np.zeros(count)
     hits = first >= 0 and s.bodies[first, MODE] == FLIGHT and not stops

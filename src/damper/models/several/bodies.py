@@ -33,8 +33,9 @@ from damper.parameters import Parameters
 RATIO, CLEARANCE, GRAVITY, LEFT, RIGHT = range(5)
 #: Columns of `SeveralSegment.bodies`, as the fields of a `Segment`; the cause is one that is still
 #: to be told in a row of its own, the speed that of an impact at this instant, or minus that of a
-#: kick that is none: what sticks has left its wall, and is back. The way is the sign of a velocity
-#: less the primary's where that rubs, else 0.
+#: kick that is none: what sticks has left its wall, and is back. The completion is minus the time
+#: that is left where all speeds fade away in it. The way is the sign of a velocity less the
+#: primary's where that rubs, else 0.
 GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION, WAY = range(9)
 BODY = 9
 #: In place of a completion: the body has left its wall without a jump of the force just now, so

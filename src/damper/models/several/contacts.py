@@ -117,6 +117,29 @@ def hit(model: Several, v: float, bodies: np.ndarray, arriving: np.ndarray) -> t
     return v + change, loss
 
 
+@compiled
+def contact_forces(
+    model: Several, s: SeveralSegment, sides: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Contact forces over the masses of bodies that rest on these walls, and sizes of their terms.
+
+    A force below zero is that on a body which the others part from its wall; a wall of 0 is none.
+    """
+    count = len(sides)
+    levels = np.zeros(count)
+    phase = phase_at(model.free.forcing, s.periods, s.time)
+    for k in range(count):
+        if sides[k] != 0.0:
+            y = s.x + sides[k] * model.masses[k, CLEARANCE]
+            levels[k] = sides[k] * acceleration_of(mass_of(model, k, 0.0), y, s.v, phase)
+    alone = motion_from(model.free, s.x, s.v, phase)
+    ratios = model.masses[:, RATIO]
+    pushes = balance(alone.a, sides, ratios, levels)
+    a = balanced(alone.a, sides, ratios, levels, pushes)
+    size = abs(alone.a) + abs(s.x) + 2.0 * model.free.damping * abs(s.v)
+    return levels - sides * a, size + np.abs(levels)
+
+
 @by_class
 def settle(friction: Any, model: Several, s: SeveralSegment, mode: float) -> None:
     """Who stays at rest and who does not, of those with no relative velocity; in place.
@@ -128,32 +151,25 @@ def settle(friction: Any, model: Several, s: SeveralSegment, mode: float) -> Non
 
 @settle.of(NoFriction)
 def _settle(friction, model, s, mode):
-    bodies, masses = s.bodies, model.masses
+    bodies = s.bodies
     count = len(bodies)
-    sides, levels = np.zeros(count), np.zeros(count)
-    phase = phase_at(model.free.forcing, s.periods, s.time)
+    sides = np.zeros(count)
     any_rests = False
     for k in range(count):
         b = bodies[k]
         if b[MODE] == STICKING or (b[GAP] == 0.0 and b[RATE] == 0.0 and b[CAUSE] != RELEASE):
             any_rests = True
             sides[k] = b[SIDE]
-            y = s.x + b[SIDE] * masses[k, CLEARANCE]
-            levels[k] = b[SIDE] * acceleration_of(mass_of(model, k, 0.0), y, s.v, phase)
     if not any_rests:
         return
-    alone = motion_from(model.free, s.x, s.v, phase)
-    ratios = masses[:, RATIO]
-    pushes = balance(alone.a, sides, ratios, levels)
-    a = balanced(alone.a, sides, ratios, levels, pushes)
-    size = abs(alone.a) + abs(s.x) + 2.0 * model.free.damping * abs(s.v)
+    forces, sizes = contact_forces(model, s, sides)
     for k in range(count):
         b = bodies[k]
         if sides[k] == 0.0:
             continue
-        force = levels[k] - sides[k] * a
+        force = forces[k]
         if b[MODE] == STICKING:
-            if b[CAUSE] != STICK and force < -VANISHES * ROUNDOFF * (size + abs(levels[k])):
+            if b[CAUSE] != STICK and force < -VANISHES * ROUNDOFF * sizes[k]:
                 b[MODE], b[CAUSE], b[FIRST] = FLIGHT, RELEASE, 0.0
         elif force >= 0.0:
             b[MODE] = mode

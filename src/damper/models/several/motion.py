@@ -96,7 +96,7 @@ def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, flo
         b = bodies[k]
         if b[MODE] == TAIL and pinched:
             # All that it is about fades away in no time.
-            left = max(1.0 - tau / float(b[COMPLETION]), 0.0)
+            left = max(1.0 + tau / float(b[COMPLETION]), 0.0)
             b[GAP], b[RATE] = b[GAP] * left, b[RATE] * left
             change += float(b[SIDE] * model.masses[k, RATIO] * b[RATE]) / (1.0 + start.joined)
         elif b[MODE] == TAIL and b[RATE] > 0.0:

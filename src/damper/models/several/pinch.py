@@ -1,4 +1,4 @@
-"""Two masses that pinch the primary: inelastic collapse, of infinitely many impacts in no time.
+"""Masses that pinch the primary: inelastic collapse, of infinitely many impacts in no time.
 
 Each impact of one sends its wall against the other, at the opposite wall. With a and b the masses
 that hit in turns, x their approach speeds one after the other and C = mu (1 + r)/(1 + mu),
@@ -9,7 +9,7 @@ so the ratios y1 = x2/x1, ... go by a Möbius map. Where C_a C_b >= (sqrt(r_a) +
 two fixed points, and from beyond the lower one all ratios stay positive: the impacts never end. A
 turn of both then takes (C_a - y) r_b / (y L) of the time of the one before, L = C_b y - r_a the
 ratio of speeds, and y = y1 or the upper one, whichever is less. What is left is a tail: all speeds
-vanish where all time is over. docs/models.md.
+vanish where all time is over. Masses in step are one of their whole mass. docs/models.md.
 """
 
 import math
@@ -39,7 +39,7 @@ _NOTHING_LEFT = 1e-2
 #: Turns of a pinch after which all but the same part of what is lost is lost by one of the two.
 _MOST_TURNS = 1000
 #: Shortest time that is left of one: it has a length, and times far below have few digits.
-_SHORTEST = 1e-200
+SHORTEST = 1e-200
 
 
 @compiled
@@ -55,8 +55,10 @@ def close_pinch(model: Several, bodies: np.ndarray) -> None:
                 continue
             left = float(c[GAP]) * times_over_gaps(bodies, k, j, turns_of(model, bodies, k, j))[0]
             if left <= longest and _are_alone(model, bodies, k, j, left):
-                for i in (k, j):
-                    bodies[i, MODE], bodies[i, COMPLETION] = TAIL, max(left, _SHORTEST)
+                before = bodies.copy()
+                for i in range(len(bodies)):
+                    if _in_step(model, before, i, k) or _in_step(model, before, i, j):
+                        bodies[i, MODE], bodies[i, COMPLETION] = TAIL, -max(left, SHORTEST)
                 return
 
 
@@ -78,7 +80,11 @@ def turns_of(model: Several, bodies: np.ndarray, k: int, j: int) -> Turns:
     """Turns of body `k`, which leaves its wall, and `j`, which comes next at the opposite one."""
     b, c = bodies[k], bodies[j]
     own, other = restitution_of(model, k, float(b[SIDE])), restitution_of(model, j, float(c[SIDE]))
-    mu, nu = float(model.masses[k, RATIO]), float(model.masses[j, RATIO])
+    mu = nu = 0.0
+    for i in range(len(bodies)):
+        ratio = float(model.masses[i, RATIO])
+        mu += ratio if _in_step(model, bodies, i, k) else 0.0
+        nu += ratio if _in_step(model, bodies, i, j) else 0.0
     first, second = nu * (1.0 + other) / (1.0 + nu), mu * (1.0 + own) / (1.0 + mu)
     y = first + float(b[RATE] / c[RATE])
     # Fixed points solve second y^2 - (first second + other - own) y + first other = 0.
@@ -108,20 +114,31 @@ def times_over_gaps(bodies: np.ndarray, k: int, j: int, turns: Turns) -> tuple[f
 
 
 @compiled
+def _in_step(model, bodies, i, k):
+    """Whether body `i` moves as `k` does, at the same wall; it does so as itself."""
+    b, c = bodies[i], bodies[k]
+    side = float(c[SIDE])
+    moves = b[GAP] == c[GAP] and b[RATE] == c[RATE] and b[MODE] == c[MODE]
+    alike = restitution_of(model, i, side) == restitution_of(model, k, side)
+    return bool(moves and alike and b[SIDE] == side)
+
+
+@compiled
 def _are_alone(model, bodies, k, j, left):
     """Whether no other mass is near a wall while two pinch the primary."""
     for i in range(len(bodies)):
         c, width = bodies[i], 2.0 * float(model.masses[i, CLEARANCE])
         reach = (abs(c[RATE]) - 2.0 * bodies[j, RATE]) * left
-        if i not in (k, j) and not (c[MODE] == FLIGHT and reach < c[GAP] < width - reach):
+        pinches = _in_step(model, bodies, i, k) or _in_step(model, bodies, i, j)
+        if not pinches and not (c[MODE] == FLIGHT and reach < c[GAP] < width - reach):
             return False
     return True
 
 
 @compiled
 def is_pinched(bodies: np.ndarray) -> bool:
-    """Whether a tail is that of a pinch: a mass approaches in no other."""
-    return bool(np.any((bodies[:, MODE] == TAIL) & (bodies[:, RATE] < 0.0)))
+    """Whether a tail is that of a pinch, or of others that end in no time: all speeds fade away."""
+    return bool(np.any((bodies[:, MODE] == TAIL) & (bodies[:, COMPLETION] < 0.0)))
 
 
 @compiled

@@ -37,9 +37,13 @@ from damper.models.several.bodies import (
     segment_of,
     view_of,
 )
+from damper.models.several.contacts import contact_forces
+from damper.models.several.pinch import SHORTEST
 
 #: Part of the tolerance that may be left of a sequence which others disturb: they prolong it.
 NOTHING_LEFT = 1e-2
+#: Acceleration, in units of F0/M, beyond which none is promised: weights are up to this.
+_LARGEST = 1e6
 
 
 class NextEvent(NamedTuple):
@@ -114,6 +118,10 @@ def _close(friction, model, s):
         seg = segment_of(s, start, k)
         view = view_of(model, start, k, ratio, seg.side, 0.0)
         own = flight_of(view.mass, start, view, seg)
+        far = start.primary.a - acceleration_of(view.mass, seg.x, s.v, start.primary.phase)
+        brief = 2.0 * b[SPEED] <= NOTHING_LEFT * model.tolerance * abs(far)
+        if b[CAUSE] == IMPACT and brief and _fade(model, s):
+            return s.v
         left, error = completes(view, view.mass_ratio, seg, own)
         # The next bounce must turn before the other wall; a constant force lets it rise this high.
         r = restitution_of(model, k, seg.side)
@@ -121,7 +129,7 @@ def _close(friction, model, s):
         if not (error <= model.tolerance and rise <= view.clearance):
             continue
         if left <= NOTHING_LEFT * model.tolerance:
-            any_rests = True
+            any_rests = any_rests or not _meets_another(bodies, k, left)
         elif b[CAUSE] == IMPACT and _is_undisturbed(model, s, start, k, ratio, left, rise):
             for j in range(len(bodies)):
                 if _chatters_with(model, bodies, k, j):
@@ -129,6 +137,53 @@ def _close(friction, model, s):
                     bodies[j, COMPLETION] = left
             return s.v
     return s.v + rest_together(model, s, start) if any_rests else s.v
+
+
+@compiled
+def _meets_another(bodies, k, left):
+    """Whether a mass comes to the opposite wall before a sequence is over: it begins anew."""
+    for j in range(len(bodies)):
+        c = bodies[j]
+        if c[MODE] == FLIGHT and c[SIDE] != bodies[k, SIDE] and c[GAP] < -c[RATE] * left:
+            return True
+    return False
+
+
+@compiled
+def _fade(model, s):
+    """Close what masses at both walls do with one another in no time, if all are pressed on them.
+
+    Each impact of one disturbs the others, so no sequence is one of its own, and one that is
+    elastic has none; all lose speed as long as one of them is not. They rest where a contact force
+    brings each back to its wall within a hundredth of the accuracy.
+    """
+    bodies, longest = s.bodies, NOTHING_LEFT * model.tolerance
+    count = len(bodies)
+    slow = np.abs(bodies[:, RATE]) <= longest * _LARGEST
+    inside = slow & (bodies[:, MODE] == FLIGHT) & (bodies[:, GAP] <= longest)
+    last = count + 1
+    forces = np.zeros(count)
+    while np.sum(inside) < last:
+        last = int(np.sum(inside))
+        forces, _ = contact_forces(
+            model, s, np.where(inside | (bodies[:, MODE] == STICKING), bodies[:, SIDE], 0.0)
+        )
+        for k in range(count):
+            b = bodies[k]
+            brief = 2.0 * abs(b[RATE]) <= longest * forces[k]
+            inside[k] = inside[k] and brief and b[GAP] <= longest * longest * forces[k]
+    left, any_loses, walls = SHORTEST, False, 0.0
+    for k in range(count):
+        if inside[k]:
+            walls += float(bodies[k, SIDE])
+            left = max(left, 2.0 * abs(float(bodies[k, RATE])) / float(forces[k]))
+            any_loses = any_loses or restitution_of(model, k, float(bodies[k, SIDE])) < 1.0
+    if abs(walls) == last or not any_loses:
+        return False
+    for k in range(count):
+        if inside[k]:
+            bodies[k, MODE], bodies[k, COMPLETION] = TAIL, -left
+    return True
 
 
 @compiled

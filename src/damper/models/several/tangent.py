@@ -160,13 +160,15 @@ def join_pinched(model: Several, s: SeveralSegment, deviations: np.ndarray) -> N
             bodies[k, MODE], bodies[k, GAP], bodies[k, RATE] = STICKING, 0.0, 0.0
     together = begin(model, s).primary
     settle(model.friction, model, segment_of_all(s.periods, s.time, s.x, together.v, bodies), TAIL)
-    after = begin(model, segment_of_all(s.periods, s.time, s.x, together.v, bodies)).primary
     i = int(s.body)
     coming, leaving = times_over_gaps(s.bodies, i, j, turns_of(model, s.bodies, i, j))
     # By how much later the deviated masses are at rest.
     late = coming * s.bodies[j, SIDE] * (deviations[0] - deviations[2 + 2 * j])
     late += leaving * s.bodies[i, SIDE] * (deviations[0] - deviations[2 + 2 * i])
     join(model, s, deviations)
+    if not np.any(bodies[:, CAUSE] == RELEASE):
+        return
+    after = begin(model, segment_of_all(s.periods, s.time, s.x, together.v, bodies)).primary
     deviations[1] += (together.a - after.a) * late
     for k in range(len(bodies)):
         if s.bodies[k, MODE] == TAIL:
