@@ -151,11 +151,11 @@ def _meets_another(bodies, k, left):
 
 @compiled
 def _fade(model, s):
-    """Close what masses at both walls do with one another in no time, if all are pressed on them.
+    """Close what masses at both walls do with one another in no time.
 
     Each impact of one disturbs the others, so no sequence is one of its own, and one that is
-    elastic has none; all lose speed as long as one of them is not. They rest where a contact force
-    brings each back to its wall within a hundredth of the accuracy.
+    elastic has none; all lose speed as long as one of them is not. They rest, or leave their walls
+    at once, where the speed of each is that of a contact force in a hundredth of the accuracy.
     """
     bodies, longest = s.bodies, NOTHING_LEFT * model.tolerance
     count = len(bodies)
@@ -168,6 +168,7 @@ def _fade(model, s):
         forces, _ = contact_forces(
             model, s, np.where(inside | (bodies[:, MODE] == STICKING), bodies[:, SIDE], 0.0)
         )
+        forces = np.abs(forces)
         for k in range(count):
             b = bodies[k]
             brief = 2.0 * abs(b[RATE]) <= longest * forces[k]

@@ -168,6 +168,9 @@ def join_pinched(model: Several, s: SeveralSegment, deviations: np.ndarray) -> N
     join(model, s, deviations)
     if not np.any(bodies[:, CAUSE] == RELEASE):
         return
+    if not math.isfinite(coming):
+        deviations[:] = math.nan
+        return
     after = begin(model, segment_of_all(s.periods, s.time, s.x, together.v, bodies)).primary
     deviations[1] += (together.a - after.a) * late
     for k in range(len(bodies)):
