@@ -106,7 +106,7 @@ def test_each_mass_loses_what_its_impacts_take() -> None:
         assert found == pytest.approx(np.array(lost) / sum(lost), rel=1e-10), seed
         shares.append(found[0])
     assert min(shares) < 0.35 < 0.65 < max(shares)
-    assert share_of_pinch(model, np.vstack([bodies, np.zeros(8)]), 2) == 0.0
+    assert share_of_pinch(model, np.vstack([bodies, np.zeros(BODY)]), 2) == 0.0
 
 
 @plain
