@@ -30,18 +30,21 @@ PINCH: dict[str, Any] = {
 START = (0.5, 0.0, [-0.45, 1.45], [-1.0, 1.0])
 
 
-def pinched(seed: int) -> tuple[Any, np.ndarray]:
-    """A model of two heavy masses, and its bodies: mass 0 has hit, mass 1 comes next."""
+def pinched(seed: int, parts: int = 1) -> tuple[Any, np.ndarray]:
+    """A model of two heavy masses, and its bodies: mass 0 has hit, mass 1 comes next, in parts."""
     draw = random.Random(f"pinch, {seed}")
     masses = [
         {"mass_ratio": 10 ** draw.uniform(-0.5, 3), "restitution": draw.choice([0, 1]) * r}
         for r in (draw.uniform(0, 0.6), draw.uniform(0, 0.6))
     ]
+    masses[1]["mass_ratio"] /= parts
+    masses += [masses[1]] * (parts - 1)
     model = start_run(Parameters(**PINCH | {"masses": masses})).model
-    bodies = np.zeros((2, BODY))
-    bodies[:, MODE], bodies[:, SIDE], bodies[:, CAUSE] = FLIGHT, (-1, 1), (IMPACT, -1)
-    bodies[0, RATE], bodies[1, RATE] = draw.uniform(0, 1), -draw.uniform(0, 1)
-    bodies[1, GAP] = 1e-20
+    bodies = np.zeros((1 + parts, BODY))
+    bodies[:, MODE], bodies[:, SIDE], bodies[:, CAUSE] = FLIGHT, 1, -1
+    bodies[0, SIDE], bodies[0, CAUSE] = -1, IMPACT
+    bodies[0, RATE], bodies[1:, RATE] = draw.uniform(0, 1), -draw.uniform(0, 1)
+    bodies[1:, GAP] = 1e-20
     return model, bodies
 
 
@@ -90,7 +93,7 @@ def test_what_is_left_is_the_sum_of_all_impacts() -> None:
 
 @plain
 def test_each_mass_loses_what_its_impacts_take() -> None:
-    """Impact by impact; of heavy masses these are many thousands."""
+    """Impact by impact; of heavy masses these are many thousands. Masses in step share."""
     shares = []
     for seed in range(60):
         model, bodies = pinched(seed)
@@ -104,9 +107,14 @@ def test_each_mass_loses_what_its_impacts_take() -> None:
         bodies[:, MODE] = TAIL
         found = [share_of_pinch(model, bodies, k) for k in range(2)]
         assert found == pytest.approx(np.array(lost) / sum(lost), rel=1e-10), seed
+        model, bodies = pinched(seed, parts=3)
+        bodies[:, MODE] = TAIL
+        thirds = [share_of_pinch(model, bodies, k) for k in range(4)]
+        assert thirds == pytest.approx([found[0], *[found[1] / 3] * 3], rel=1e-9), seed
         shares.append(found[0])
     assert min(shares) < 0.35 < 0.65 < max(shares)
-    assert share_of_pinch(model, np.vstack([bodies, np.zeros(BODY)]), 2) == 0.0
+    bodies[3, MODE] = FLIGHT
+    assert share_of_pinch(model, bodies, 3) == 0.0
 
 
 @plain

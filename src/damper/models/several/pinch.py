@@ -80,11 +80,7 @@ def turns_of(model: Several, bodies: np.ndarray, k: int, j: int) -> Turns:
     """Turns of body `k`, which leaves its wall, and `j`, which comes next at the opposite one."""
     b, c = bodies[k], bodies[j]
     own, other = restitution_of(model, k, float(b[SIDE])), restitution_of(model, j, float(c[SIDE]))
-    mu = nu = 0.0
-    for i in range(len(bodies)):
-        ratio = float(model.masses[i, RATIO])
-        mu += ratio if _in_step(model, bodies, i, k) else 0.0
-        nu += ratio if _in_step(model, bodies, i, j) else 0.0
+    mu, nu = _together(model, bodies, k), _together(model, bodies, j)
     first, second = nu * (1.0 + other) / (1.0 + nu), mu * (1.0 + own) / (1.0 + mu)
     y = first + float(b[RATE] / c[RATE])
     # Fixed points solve second y^2 - (first second + other - own) y + first other = 0.
@@ -156,28 +152,40 @@ def lost_in_pinch(model: Several, start: Start, bodies: np.ndarray) -> float:
 
 @compiled
 def share_of_pinch(model: Several, bodies: np.ndarray, body: int) -> float:
-    """Part of what is lost in a pinch that is of one of the two, impact by impact."""
-    left, comes = 0, 0
+    """Part of what is lost in a pinch that is of one mass, impact by impact.
+
+    Masses in step share as their masses. What others that end in no time lose is nothing.
+    """
+    left, comes = -1, -1
     for k in range(len(bodies)):
         if bodies[k, MODE] == TAIL and bodies[k, RATE] < 0.0:
             comes = k
         elif bodies[k, MODE] == TAIL:
             left = k
-    if body not in (left, comes):
+    if left < 0 or comes < 0:
         return 0.0
+    with_left, with_comes = (
+        _in_step(model, bodies, body, left),
+        _in_step(model, bodies, body, comes),
+    )
+    if not (with_left or with_comes):
+        return 0.0
+    own = comes if with_comes else left
+    part = float(model.masses[body, RATIO]) / _together(model, bodies, own)
     rate, speed = float(bodies[left, RATE]), -float(bodies[comes, RATE])
-    own, total, before, ratio = 0.0, 0.0, 0.0, -1.0
+    of_own, total = 0.0, 0.0
+    before, ratio, last, turn, own_turn = 0.0, -1.0, 0.0, 0.0, 0.0
     for _ in range(_MOST_TURNS):
-        turn, of_own = 0.0, 0.0
+        turn, own_turn = 0.0, 0.0
         for _ in range(2):
-            mu = float(model.masses[comes, RATIO])
+            mu = _together(model, bodies, comes)
             r = restitution_of(model, comes, float(bodies[comes, SIDE]))
             lost = mu / (1.0 + mu) * (1.0 - r * r) * speed * speed
             turn += lost
-            of_own += lost if body == comes else 0.0
+            own_turn += lost if comes == own else 0.0
             rate, speed = r * speed, max(mu * (1.0 + r) / (1.0 + mu) * speed - rate, 0.0)
             left, comes = comes, left
-        own += of_own
+        of_own += own_turn
         total += turn
         last, ratio = ratio, turn / before if before > 0.0 else 0.0
         before = turn
@@ -185,4 +193,14 @@ def share_of_pinch(model: Several, bodies: np.ndarray, body: int) -> float:
             break
     # Of the turns that are left each loses the same part of what the one before does.
     rest = ratio / (1.0 - ratio) if ratio < 1.0 else 0.0
-    return (own + rest * of_own) / (total + rest * turn)
+    whole = total + rest * turn
+    return part * (of_own + rest * own_turn) / whole if whole > 0.0 else 0.0
+
+
+@compiled
+def _together(model, bodies, k):
+    """Mass ratio of all that move as body `k` does."""
+    ratio = 0.0
+    for i in range(len(bodies)):
+        ratio += float(model.masses[i, RATIO]) if _in_step(model, bodies, i, k) else 0.0
+    return ratio
