@@ -48,6 +48,7 @@ runs = [
     (P(0.1, 0.05, 0.2, 0.25, 0.3, **CONTACT), None, 21.0),
     (P(0.1, 0.05, 0.2, 0.25, 0.3, **CONTACT, contact_tension=1), None, 21.0),
     (P(0.1, 0.05, 0.2, 0.0, 0.3, contact_stiffness_ratio=30.0), None, 21.0),
+    (P(0.1, 0.05, 0.2, 0.25, 0.3, **CONTACT, restitution_left=0.5, gravity=0.1), None, 21.0),
     (P(0.1, 0.05, 0.2, 0.25, 0.3, **VARYING), None, 60.0),
     (P(1e6, 10.0, 0.7, 5e-3, 0.5, modulation_depth=0.999999), S(0.0, 0.0, 0.0, 0.1), 5.0),
     (P(2.0, 3.0, 0.5, 0.0, 1.0, modulation_depth=0.9), S(0.1, 0.0, 0.1, 1.0), 60.0),

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from event_pairs import assert_same
+from forced_scenes import assert_first_ones_agree
 from scenes import QUIET
 
 from damper import Parameters, State, continue_orbit, events, periodic_orbit, simulate
@@ -24,6 +25,8 @@ BESIDES: dict[str, dict[str, float]] = {
     "yielding": {"yield_speed": 0.2},
     "grounded": {"support_stiffness_ratio": 0.05, "support_damping_ratio": 0.02},
     "time_varying": {"modulation_depth": 0.3, "modulation_order": 2, "modulation_phase": 1.0},
+    "compliant": {"contact_stiffness_ratio": 3e3},
+    "tension": {"contact_stiffness_ratio": 3e3, "contact_tension": 1},
 }
 each = pytest.mark.parametrize("name", BESIDES)
 IMPACT, STICK, RELEASE = 0, 1, 2
@@ -68,6 +71,32 @@ def test_events_are_those_of_many_digits(name: str, scenes: int) -> None:
         assert_same(found, exact.events, 5e-11)
         kinds |= {(int(row["kind"]), int(row["side"])) for row in found}
     assert kinds == {(kind, side) for kind in (IMPACT, STICK, RELEASE) for side in (-1, 1)}
+
+
+compliant = pytest.mark.parametrize("name", ["compliant", "tension"])
+
+
+@compliant
+@pytest.mark.parametrize("gravity", [0.0, 0.2])
+@plain
+def test_compliant_walls_are_those_of_many_digits(name: str, gravity: float) -> None:
+    rng = np.random.default_rng(8)
+    for _ in range(3):
+        values, state = random_scene(name, rng)
+        values["gravity"] = gravity
+        assert_first_ones_agree(values, (state.x, state.v, state.y, state.u))
+
+
+@compliant
+@plain
+def test_compliant_walls_keep_energy_volumes_and_laws(name: str) -> None:
+    values = QUIET | BESIDES[name] | {"restitution_left": 0.3, "gravity": 0.1}
+    watched = ["response", "lyapunov", "laws"]
+    found = simulate(**values, transient=3, periods=10, observers=watched)
+    assert abs(found.energy_residual) < 1e-12 * found.energy_input
+    assert abs(found.lyapunov_residual) < 1e-10
+    for law in ("energy_balance", "continuity", "penetration", "tensile_force"):
+        assert found[law] < 1e-13, law
 
 
 @each

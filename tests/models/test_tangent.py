@@ -59,6 +59,7 @@ def draw(kind: str, rng: np.random.Generator) -> tuple[Parameters, np.ndarray, f
         given["contact_tension"] = int(kind == "pulling")
     if kind == "pulling":
         given["gravity"] = rng.normal()
+        given["restitution_left"] = rng.uniform(0.2, 0.95)
     if kind in FORCED:
         phases = rng.uniform(0.0, 6.0), rng.uniform(0.0, 6.0)
         given["forcing"] = Harmonics((1, 2), (1.0, rng.uniform(0.2, 0.8)), phases)
@@ -159,7 +160,7 @@ BESIDES = {
     "grounded": ("support_stiffness_ratio", "support_damping_ratio"),
     "time_varying": ("modulation_depth", "modulation_phase"),
     "compliant": ("contact_stiffness_ratio",),
-    "pulling": ("contact_stiffness_ratio", "gravity"),
+    "pulling": ("contact_stiffness_ratio", "gravity", "restitution_left"),
     **dict.fromkeys(RECORDED, ("force_amplitude",)),
     **dict.fromkeys(DIFFERING, ("restitution_left",)),
     **dict.fromkeys(FORCED, ("force_amplitude", "harmonic_2", "harmonic_2_phase")),

@@ -162,8 +162,8 @@ def test_damping_of_the_support_is_given_in_two_ways() -> None:
             "yield_speed and contact_stiffness_ratio: compliant contact has a constant restitution",
         ),
         (
-            {"contact_stiffness_ratio": 9.0, "restitution_left": 0.5},
-            "restitution_left and contact_stiffness_ratio: compliant walls are alike; leave out",
+            {"contact_stiffness_ratio": 9.0, "restitution_left": 9e-4},
+            "restitution_left = 0.0009 with contact_stiffness_ratio: must be >= 0.001",
         ),
         # 2 0.5 / 0.1 + sqrt(4e5 / 0.1) = 2010
         (

@@ -756,17 +756,13 @@ def _check_compliant(values: Mapping[str, Any], named: Callable[[str], str]) -> 
             f"{named(q.name)} and {named(_STIFFNESS)}: compliant contact has a constant "
             "restitution; leave out one of the two"
         )
-    if values["restitution_left"] != math.inf:
-        raise ValueError(
-            f"restitution_left and {named(_STIFFNESS)}: compliant walls are alike; leave out one "
-            "of the two"
-        )
-    if values["restitution"] < LEAST_COMPLIANT_RESTITUTION and not values["contact_tension"]:
-        raise ValueError(
-            f"restitution = {values['restitution']!r} with {named(_STIFFNESS)}: must be >= "
-            f"{LEAST_COMPLIANT_RESTITUTION:g}, as a contact without tension always rebounds; or "
-            "contact_tension = 1"
-        )
+    for name in ("restitution", "restitution_left"):
+        if values[name] < LEAST_COMPLIANT_RESTITUTION and not values["contact_tension"]:
+            raise ValueError(
+                f"{name} = {values[name]!r} with {named(_STIFFNESS)}: must be >= "
+                f"{LEAST_COMPLIANT_RESTITUTION:g}, as a contact without tension always rebounds; "
+                "or contact_tension = 1"
+            )
 
 
 def _check_support(values: Mapping[str, Any], named: Callable[[str], str]) -> None:

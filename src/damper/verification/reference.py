@@ -147,7 +147,8 @@ class Body(NamedTuple):
     """Of the rigid wall of a side, at an approach speed; constant for small ones."""
     contact_stiffness: mpf
     """Of compliant walls, else infinite."""
-    contact_damping: mpf
+    contact_damping: Mapping[int, mpf]
+    """Of each side."""
     tension: bool
     """Whether a compliant wall may pull: then its force acts until the gap reopens."""
     stiffness: mpf
@@ -169,9 +170,9 @@ class Body(NamedTuple):
         found = [self.mean * self.depth * c for c in self.wave.coefficients(t, count)]
         return [self.mean + found[0], *found[1:]]
 
-    def push(self, gap: Sequence[mpf]) -> list[mpf]:
+    def push(self, side: int, gap: Sequence[mpf]) -> list[mpf]:
         """Taylor coefficients of a compliant wall's force."""
-        k, c = self.contact_stiffness, self.contact_damping
+        k, c = self.contact_stiffness, self.contact_damping[side]
         return [-k * a - c * n * b for n, (a, b) in enumerate(pairwise(gap), 1)]
 
     def pull(self, side: int, x: Sequence[mpf], gap: Sequence[mpf], n: int) -> mpf:
@@ -245,9 +246,10 @@ def system_of(
     mu, zeta, omega, r = map(mpf, (mass_ratio, damping_ratio, frequency_ratio, restitution))
     k, yields, tension = mpf(contact_stiffness_ratio), mpf(yield_speed), bool(contact_tension)
     walls = {1: r, -1: r if restitution_left == math.inf else mpf(restitution_left)}
-    c = mpf(0)
+    c: dict[int, mpf] = {}
     if k < math.inf:
-        c = 2 * contact_damping(r, tension) * mp.sqrt(k * mu / (1 + mu))
+        for side, r in walls.items():
+            c[side] = 2 * contact_damping(r, tension) * mp.sqrt(k * mu / (1 + mu))
     mass = Body(
         mu,
         mpf(modulation_depth),
@@ -671,7 +673,7 @@ class _Motion:
                 fastest = max(fastest, largest_rate(mass.mean, mass.damping, mass.stiffness))
             if place.mode == CONTACT:
                 both = 1 + 1 / mass.mean
-                k, c = mass.contact_stiffness * both, mass.contact_damping * both
+                k, c = mass.contact_stiffness * both, mass.contact_damping[place.side] * both
                 contacts += largest_rate(mpf(1), c / 2, k)
         fastest = contacts + max(fastest, largest_rate(inertia - swing, damping, stiffness))
         # Poles are where the inertia vanishes, off the real axis.
@@ -711,7 +713,7 @@ class _Motion:
                 elif place.way and n == 0:
                     push += place.way * mass.mean * mass.friction
                 elif place.mode == CONTACT:
-                    [contact] = mass.push([gap[n], (n + 1) * gap[n + 1]])
+                    [contact] = mass.push(place.side, [gap[n], (n + 1) * gap[n + 1]])
                     push += place.side * contact
                     pulls[-1] -= place.side * contact
             if len(inertia) > 1:
@@ -741,10 +743,10 @@ class _Motion:
                 elif any(holds):
                     yield "release", side, holds
         elif place.mode == CONTACT:
-            yield "separation", side, minus if mass.tension else mass.push(gap)
+            yield "separation", side, minus if mass.tension else mass.push(place.side, gap)
         elif place.gap < 0:
             yield "opening", side, minus
-            yield "contact", side, [-c for c in mass.push(gap)]
+            yield "contact", side, [-c for c in mass.push(place.side, gap)]
         else:
             if place.way:
                 sliding = [-place.way * side * n * c for n, c in enumerate(gap)][1:]

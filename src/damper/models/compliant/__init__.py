@@ -14,6 +14,7 @@ both walls touch at once, and the free mass goes from one to the other.
 """
 
 import math
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +22,9 @@ import numpy as np
 from damper.engine import model as declared
 from damper.engine.bodies import WeightedSum, start_point
 from damper.engine.compiled import compiled
+from damper.engine.dispatch import ByClass
 from damper.engine.forcing import horizon, phase_at
+from damper.engine.impact import DifferingWalls, law_at
 from damper.engine.model import Step
 from damper.engine.oscillator import Oscillator
 from damper.engine.search import (
@@ -99,8 +102,43 @@ class Compliant(NamedTuple):
     """Event function of a contact: the depth, or the force."""
 
 
-def prepare(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
+class CompliantPair(NamedTuple):
+    """Constants of a run whose walls differ; a segment has those of its wall, as `law_at` gives.
+
+    A class of its own, so that walls that are alike pay nothing. Where a segment goes on at the
+    other wall the gap is 0, and nothing asks for that wall's dashpot before the segment begins.
+    """
+
+    mass_ratio: float
+    clearance: float
+    law: DifferingWalls
+    cycle: float
+    tolerance: float
+    free: Oscillator
+    stuck: Oscillator
+    mass: Any
+    left: Compliant
+    right: Compliant
+
+
+def of_a_wall(function: ByClass) -> None:
+    """Let a function of a model, a segment and more take the constants of the segment's wall."""
+
+    @function.of(CompliantPair)
+    def of_one(model, segment, *rest):  # type: ignore[no-untyped-def]
+        return function(law_at(model, segment.side), segment, *rest)
+
+
+def prepare(parameters: Parameters, law: Any, accuracy: float) -> Compliant | CompliantPair:
     """Constants of one run."""
+    right = _alike(parameters, law, accuracy)
+    if not isinstance(law, DifferingWalls):
+        return right
+    left = replace(parameters, restitution=parameters.restitution_left)
+    return CompliantPair(*right[:8], _alike(left, law, accuracy), right)
+
+
+def _alike(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
     p = parameters
     tension = bool(p.contact_tension)
     damping = contact_damping(p.restitution, tension)
@@ -182,9 +220,11 @@ def pair_at(model: Compliant, segment: Segment) -> flow.Pair:
     return s.x - beta * gap, s.v - beta * rate, gap, rate, p, q
 
 
-declared.mass_ratio_at.like(Compliant, Rigid)
-# It has no tail.
-declared.speeds_in_tail.like(Compliant, Rigid)
+law_at.like(CompliantPair, DifferingWalls)
+for _kind in (Compliant, CompliantPair):
+    declared.mass_ratio_at.like(_kind, Rigid)
+    # It has no tail.
+    declared.speeds_in_tail.like(_kind, Rigid)
 
 
 @declared.motion.of(Compliant)
@@ -215,6 +255,17 @@ def _initial_segment(model, periods, time, x, v, y, u):
         gap = 0.0
     new = Segment(periods, time, x, v, gap, rate, side, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0)
     return _settled(model, new)
+
+
+@declared.initial_segment.of(CompliantPair)
+def _initial_segment_of_pair(model, periods, time, x, v, y, u):
+    return _initial_segment(law_at(model, y - x), periods, time, x, v, y, u)
+
+
+@declared.with_walls_at.register(CompliantPair)
+def _with_walls_at(model, clearance):
+    left, right = (each._replace(clearance=clearance) for each in (model.left, model.right))
+    return model._replace(clearance=clearance, left=left, right=right)
 
 
 @declared.begin.of(Compliant)
@@ -470,9 +521,8 @@ def _lags(force, span):
     return force.slope > 0.0 and last > 0.0
 
 
-declared_tangent.joins.of(Compliant)(tangent.joins)
-declared_tangent.shrunk_by.of(Compliant)(tangent.shrunk_by)
-declared_tangent.velocities_after.of(Compliant)(tangent.velocities_after)
-declared_tangent.damping_in.of(Compliant)(tangent.damping_in)
-declared_tangent.over_event.of(Compliant)(tangent.over_event)
-declared_tangent.stay_on.of(Compliant)(tangent.stay_on)
+for _name in ("joins", "shrunk_by", "velocities_after", "damping_in", "over_event", "stay_on"):
+    getattr(declared_tangent, _name).of(Compliant)(getattr(tangent, _name))
+    of_a_wall(getattr(declared_tangent, _name))
+for _function in (declared.motion, declared.begin, declared.following):
+    of_a_wall(_function)

@@ -2,10 +2,11 @@
 
 import math
 
-from damper.models.compliant import Compliant
+from damper.models.compliant import Compliant, CompliantPair, of_a_wall
 from damper.models.laws import contact_force, contact_speed, force_bound, largest_force
 
 force_bound.of(Compliant)(largest_force)
+force_bound.like(CompliantPair, Compliant)
 
 
 @contact_speed.of(Compliant)
@@ -31,3 +32,7 @@ def _contact_force(model, segment, tau, at):
     )
     size = k * (abs(at.gap) + abs(s.gap)) + c * speed + model.contact.reduced * other
     return -(k * at.gap + c * at.rate), size
+
+
+of_a_wall(contact_speed)
+of_a_wall(contact_force)

@@ -16,18 +16,19 @@ of it when it has ended, as the gap reopens.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing import bound_of
+from damper.engine.impact import DifferingWalls, law_at
 from damper.engine.model import motion
 from damper.engine.peak import Moment, bounds_of, highest, moment_at, stays_below
 from damper.engine.quadrature import FEWEST, NODES, WEIGHTS
 from damper.engine.segment import FLIGHT
 from damper.models import response as declared
-from damper.models.compliant import Compliant, flow, pair_at
+from damper.models.compliant import Compliant, CompliantPair, flow, of_a_wall, pair_at
 from damper.models.compliant.pairs import MASSES, write_pairs
 from damper.models.compliant.search import ContactMotion, EventFunction, event_function
 
@@ -45,8 +46,10 @@ class Tables(NamedTuple):
     """The primary's displacement, as slow and fast part."""
 
 
-def prepare(model: Compliant) -> Tables:
-    """Make what `integrate_segment` needs beside the model, once for a run."""
+def prepare(model: Any) -> Any:
+    """Make what `integrate_segment` needs beside the model, once for a run; `Tables` of a wall."""
+    if isinstance(model, CompliantPair):
+        return DifferingWalls(prepare(model.left), prepare(model.right))
     n = flow.row_length(model.contact)
     if model.contact.rest.gap:
         n += 1  # for a constant: x^2 is that of the distance to rest and of the place of rest
@@ -88,6 +91,16 @@ def _integrate_segment(model, tables, segment, low, high, peak):
     return declared.ResponseIntegrals(
         found.square, found.speed_square, found.work, loss, 0.0, 0.0, found.peak
     )
+
+
+@declared.integrate_segment.of(CompliantPair)
+def _integrate_segment_of_pair(model, tables, segment, low, high, peak):
+    own, its = law_at(model, segment.side), law_at(tables, segment.side)
+    return _integrate_segment(own, its, segment, low, high, peak)
+
+
+of_a_wall(declared.impact_loss)
+of_a_wall(declared.energy_in)
 
 
 @compiled
