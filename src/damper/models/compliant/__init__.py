@@ -21,7 +21,7 @@ import numpy as np
 
 from damper.engine import model as declared
 from damper.engine.bodies import WeightedSum, start_point
-from damper.engine.compiled import compiled
+from damper.engine.compiled import compiled, plain
 from damper.engine.dispatch import ByClass
 from damper.engine.forcing import horizon, phase_at
 from damper.engine.impact import DifferingWalls, law_at
@@ -143,7 +143,7 @@ def _alike(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
     tension = bool(p.contact_tension)
     damping = contact_damping(p.restitution, tension)
     frequency = math.sqrt(p.contact_stiffness_ratio * (1.0 + p.mass_ratio) / p.mass_ratio)
-    forcing, amplitude, share = drive_of(p)
+    forcing, amplitude, share = plain(drive_of)(p)
     contact = flow.contact_constants(
         p.mass_ratio,
         p.damping_ratio,
