@@ -329,6 +329,8 @@ def test_near_root_leaves_only_the_fifth_order() -> None:
     assert near_root(1.0, -1.0, 2.0, 0.0, 0.0) == math.inf
     assert near_root(1.0, 0.0, -2.0, 0.0, 0.0) == math.inf
     assert near_root(1.0, 1.0, -2.0, 0.0, 0.0) == math.inf
+    # A speed whose third power is below the smallest number.
+    assert near_root(4e-208, -3e-103, -30.0, 1.0, 1.0) == math.inf
 
 
 def test_falling_through_is_sharp() -> None:

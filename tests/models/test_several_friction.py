@@ -229,6 +229,68 @@ def test_the_common_acceleration_is_the_only_root() -> None:
         assert plain(common_acceleration)(*of) == pytest.approx(root, abs=1e-12)
 
 
+# --- extreme places of the box
+
+#: Mass ratio, clearance, restitution, its left wall's, friction, gravity, x, v, place and velocity.
+EXTREME: dict[str, tuple[dict[str, float], list[dict[str, float]], tuple[float, ...]]] = {
+    # An impact whose rebound ends in no time turns the slide round that pressed others on walls.
+    "turned slide": (
+        {"damping_ratio": 1.8e-4, "frequency_ratio": 0.063, "phase": 2.7, "mass_ratio": 1e3}
+        | {"restitution": 0.073, "restitution_left": 0.14, "clearance": 8.9e-4, "friction": 170.0},
+        [
+            {"mass_ratio": 6.8, "clearance": 0.094, "friction": 2.2e-6},
+            {"restitution": 0.49, "gravity": -55.0, "friction": 1.5e-6},
+        ],
+        (2.3, -0.64, -0.59, -3.5),
+    ),
+    # In a box of 1e6 a gap rounds in 1e-10, and friction of 5000 takes this times 5000.
+    "long box": (
+        {"damping_ratio": 10.0, "frequency_ratio": 210.0, "phase": -0.76, "mass_ratio": 1e-6}
+        | {"restitution": 0.15, "restitution_left": 0.8, "clearance": 1e6, "friction": 1.8},
+        [{"mass_ratio": 55.0, "friction": 91.0}, {"restitution": 0.73, "gravity": 940.0}],
+        (1.4, -0.67, 0.81, 1.2),
+    ),
+    # A mass rests at once since another one, which sticks, weighs on the primary.
+    "heavy neighbour": (
+        {"damping_ratio": 1.0, "frequency_ratio": 0.49, "phase": -0.54, "mass_ratio": 0.7}
+        | {"restitution": 0.5, "restitution_left": 0.7, "clearance": 1.5e-5, "friction": 3e-4},
+        [
+            {"mass_ratio": 100.0, "clearance": 52.0, "friction": 5.2e-5},
+            {"restitution": 0.0, "gravity": 960.0},
+        ],
+        (0.0, 1.24, -0.22, -0.135),
+    ),
+    # Speeds fall in no time, as long as there are numbers for them: the run ends where none are.
+    "vanishing speeds": (
+        {"damping_ratio": 4e-4, "frequency_ratio": 0.0065, "phase": 1.3, "mass_ratio": 0.99}
+        | {"restitution": 0.95, "restitution_left": 1.0, "clearance": 1.1e-4},
+        [
+            {"mass_ratio": 380.0, "clearance": 8.9e-5, "friction": 300.0},
+            {"restitution": 0.42, "gravity": 730.0},
+        ],
+        (1.5, -0.93, 0.59, -2.6),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", EXTREME)
+@plain
+def test_extreme_runs_keep_the_laws(name: str) -> None:
+    values, masses, (x, v, place, velocity) = EXTREME[name]
+    places = [x + place * one.get("clearance", values["clearance"]) for one in [values, *masses]]
+    found, _ = run_points(
+        [{**values, "masses": [{}, *masses]}],
+        ["laws"],
+        state=State(x, v, places, [velocity] * 3),
+        transient=0,
+        periods=1,
+        max_events=500,
+    )
+    assert not broken(found).any()
+    assert found["not_finite"] == 0
+    assert (found["status"] == 2) == (name == "vanishing speeds")
+
+
 # --- units of measure, and what is refused
 
 

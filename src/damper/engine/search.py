@@ -297,7 +297,9 @@ def near_root(value: float, slope: float, second: float, third: float, fourth: f
     if not max(abs(u * b), abs(u * u * c)) < NEAR_BEND:
         return math.inf
     square = b * b
-    return u + u * u * (b + u * ((2.0 * square + c) + u * (5.0 * b * (square + c) + d)))
+    root = u + u * u * (b + u * ((2.0 * square + c) + u * (5.0 * b * (square + c) + d)))
+    # Of slopes below 1e-102 the last factors are beyond the largest number.
+    return root if abs(root) < math.inf else math.inf
 
 
 @compiled

@@ -91,7 +91,8 @@ def _complete(model, s, start, tau):
     arriving = np.zeros(len(s.bodies))
     periods, time, x, v, bodies = all_after(model, s, start, tau, arriving)
     new = segment_of_all(periods, time, x, v, bodies)
-    pinched = is_pinched(bodies)
+    # Slides that have turned round since may let go of what rests.
+    pinched = is_pinched(bodies) or np.any(bodies[:, WAY] != 0.0)
     for k in range(len(bodies)):
         b = bodies[k]
         if b[MODE] == TAIL:

@@ -25,6 +25,7 @@ from damper.engine.segment import (
     SLIP,
     STICK,
     STICKING,
+    TAIL,
 )
 from damper.models.flights import VANISHES, gap_of
 from damper.models.friction import Hold, Speed, hold_at_start, speed_point
@@ -53,6 +54,7 @@ from damper.models.several.bodies import (
     view_of,
 )
 from damper.models.several.contacts import let_go, settle, slide_on
+from damper.models.several.log import segment_of_all
 from damper.models.several.tails import (
     NOTHING_LEFT,
     NextEvent,
@@ -281,7 +283,16 @@ def _close(friction, model, s):
     any_rests = False
     for k in range(len(s.bodies)):
         any_rests = any_rests or has_nothing_left(friction, model, s, start, k, 0.0)
-    return s.v + rest_together(model, s, start) if any_rests else s.v
+    if not any_rests:
+        return s.v
+    for k in range(len(s.bodies)):
+        b = s.bodies[k]
+        if b[MODE] == FLIGHT and b[CAUSE] == RELEASE and b[RATE] == 0.0:
+            # Those that were moved have let go of it; how they move is about to change.
+            b[MODE], b[CAUSE], b[WAY] = STICKING, NOTHING, 0.0
+    v = s.v + rest_together(model, s, begin(model, s))
+    settle(friction, model, segment_of_all(s.periods, s.time, s.x, v, s.bodies), TAIL)
+    return v
 
 
 @has_nothing_left.of(Friction)

@@ -5,8 +5,7 @@ import numpy as np
 from damper.engine.bodies import acceleration_of
 from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at, rate_of
-from damper.engine.oscillator import arrive, increments
-from damper.engine.search import HORIZON, ROUNDOFF
+from damper.engine.search import ROUNDOFF
 from damper.engine.segment import IMPACT, NOTHING, RESTING, STICKING, TAIL
 from damper.models.laws import (
     compare_masses,
@@ -40,7 +39,7 @@ from damper.models.several.bodies import (
     segment_of,
     view_of,
 )
-from damper.models.several.motion import bodies_in
+from damper.models.several.motion import bodies_in, primary_after
 
 have_rigid_walls(Several)
 #: Columns of what `_unclipped` finds of each mass; the last is the size of the gap's terms.
@@ -52,12 +51,7 @@ def _unclipped(model, s, start, tau):
     """State of the primary a time after a segment's start, and of each mass the gap as it is."""
     x, v, bodies = bodies_in(model, s, tau)
     p = start.primary
-    if tau == HORIZON:
-        centre, speed = arrive(start.osc, p, tau)
-        way, change = (centre - p.x) - p.v * tau, speed - p.v
-    else:
-        way, change, _ = increments(start.osc, p, tau)
-        centre, speed = p.x + (p.v * tau + way), p.v + change
+    centre, speed, way, change = primary_after(start, tau)
     found = np.zeros((len(bodies), 3))
     for k in range(len(bodies)):
         b = bodies[k]
@@ -89,7 +83,8 @@ def _is_over(model, s, k, rebound):
     y = s.x + float(s.bodies[k, SIDE] * model.masses[k, CLEARANCE])
     a = acceleration_of(model.free, s.x, s.v, phase)
     pressed = abs(a - acceleration_of(mass_of(model, k, 0.0), y, s.v, phase))
-    pressed += friction_of(model.friction, k)
+    # What rests with the primary pulls it at most as its own weight would.
+    pressed += friction_of(model.friction, k) + float(np.max(np.abs(model.masses[:, GRAVITY])))
     for j in range(len(s.bodies)):
         pressed += float(model.masses[j, RATIO]) * friction_of(model.friction, j)
     return rebound <= model.tolerance * pressed

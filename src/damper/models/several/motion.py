@@ -37,6 +37,17 @@ _TOGETHER = 4.0
 
 
 @compiled
+def primary_after(start: Start, tau: float) -> tuple[float, float, float, float]:
+    """Where the primary is after a time, and its increments; in a tail the centre's."""
+    p = start.primary
+    if tau == HORIZON:
+        x, v = arrive(start.osc, p, tau)
+        return x, v, (x - p.x) - p.v * tau, v - p.v
+    way, change, _ = increments(start.osc, p, tau)
+    return p.x + (p.v * tau + way), p.v + change, way, change
+
+
+@compiled
 def all_after(
     model: Several, s: SeveralSegment, start: Start, tau: float, arriving: np.ndarray
 ) -> tuple[float, float, float, float, np.ndarray]:
@@ -44,13 +55,7 @@ def all_after(
 
     `arriving` gets the walls that bodies are at by then, beside those that it has.
     """
-    p = start.primary
-    if tau == HORIZON:
-        x, v = arrive(start.osc, p, tau)
-        way, change = (x - p.x) - p.v * tau, v - p.v
-    else:
-        way, change, _ = increments(start.osc, p, tau)
-        x, v = p.x + (p.v * tau + way), p.v + change
+    x, v, way, change = primary_after(start, tau)
     bodies = s.bodies.copy()
     for k in range(len(bodies)):
         b = bodies[k]

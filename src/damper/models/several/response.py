@@ -14,7 +14,7 @@ from damper.engine.segment import FLIGHT, TAIL
 from damper.models import extremes
 from damper.models import response as declared
 from damper.models.several import bodies as several
-from damper.models.several.motion import bodies_in, state_in
+from damper.models.several.motion import bodies_in, primary_after, state_in
 from damper.models.several.pinch import is_pinched, lost_in_pinch, share_of_pinch
 
 
@@ -114,14 +114,18 @@ def _nothing_rubbed(friction, model, segment, low, high):
 
 @rubbed_in.of(several.Friction)
 def _rubbed_in(friction, model, segment, low, high):
-    # A slide goes one way.
-    _, _, before = bodies_in(model, segment, low)
-    _, _, after = bodies_in(model, segment, high)
+    # A slide goes one way. As a difference of gaps it would have the roundoff of a long box.
+    start = several.begin(model, segment)
+    _, _, before, _ = primary_after(start, low)
+    _, _, after, _ = primary_after(start, high)
     lost = 0.0
-    for k in range(len(before)):
+    for k in range(len(segment.bodies)):
         b = segment.bodies[k]
         if b[several.MODE] == FLIGHT and b[several.WAY] != 0.0:
-            slid = abs(float(after[k, several.GAP] - before[k, several.GAP]))
+            rate = float(b[several.RATE]) + float(b[several.SIDE]) * (start.primary.v - segment.v)
+            a = several.mass_of(model, k, float(b[several.WAY])).acceleration
+            fallen = 0.5 * a * (high - low) * (high + low)
+            slid = abs(rate * (high - low) + b[several.SIDE] * ((after - before) - fallen))
             lost += float(model.masses[k, several.RATIO]) * friction.accelerations[k] * slid
     return lost
 
