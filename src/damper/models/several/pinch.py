@@ -45,15 +45,17 @@ SHORTEST = 1e-200
 @compiled
 def close_pinch(model: Several, bodies: np.ndarray) -> None:
     """Close the impacts of two masses that pinch the primary, which all but takes no time."""
+    longest = _NOTHING_LEFT * model.tolerance
     for k in range(len(bodies)):
+        hit = bodies[k, MODE] == FLIGHT and bodies[k, CAUSE] == IMPACT and bodies[k, RATE] >= 0.0
+        if not hit:
+            continue
         for j in range(len(bodies)):
-            b, c = bodies[k], bodies[j]
-            hit = b[MODE] == FLIGHT and b[CAUSE] == IMPACT and b[RATE] >= 0.0
-            comes = c[MODE] == FLIGHT and c[SIDE] != b[SIDE] and c[RATE] < 0.0
-            longest = _NOTHING_LEFT * model.tolerance
-            if not (hit and comes and c[GAP] <= -c[RATE] * longest):
+            gap, rate = float(bodies[j, GAP]), float(bodies[j, RATE])
+            comes = rate < 0.0 and gap <= -rate * longest and bodies[j, MODE] == FLIGHT
+            if not comes or bodies[j, SIDE] == bodies[k, SIDE]:
                 continue
-            left = float(c[GAP]) * times_over_gaps(bodies, k, j, turns_of(model, bodies, k, j))[0]
+            left = gap * times_over_gaps(bodies, k, j, turns_of(model, bodies, k, j))[0]
             if left <= longest and _are_alone(model, bodies, k, j, left):
                 before = bodies.copy()
                 for i in range(len(bodies)):
