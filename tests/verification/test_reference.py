@@ -92,7 +92,7 @@ class Regime:
         primary, free = [-1, -2 * zeta, 0, 0, 1, 0, 0], [0, 0, -k, -2 * c, 0, 0, 0]
         force = [mpf(0)] * 7
         if mode == "contact":  # -k gap - c gap', and gap = d - side (y - x)
-            k, c = mass.contact_stiffness, mass.contact_damping
+            k, c = mass.contact_stiffness, mass.contact_damping[side]
             force = [-side * k, -side * c, side * k, side * c, 0, 0, -k * self.d]
         if mode == "sticking":  # both have the same acceleration
             forces = zip(primary, free, strict=True)
