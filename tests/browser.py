@@ -1,6 +1,5 @@
 """A headless Chromium for tests, spoken to by its DevTools protocol over two pipes."""
 
-import base64
 import fcntl
 import json
 import os
@@ -8,7 +7,6 @@ import shutil
 import subprocess
 import tempfile
 import time
-from pathlib import Path
 from typing import Any, Self
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
@@ -123,8 +121,3 @@ class Browser:
                 windowsVirtualKeyCode=codes[key],
                 text="\r" if key == "Enter" else "",  # a button listens to this
             )
-
-    def screenshot(self, path: Path) -> None:
-        """Write the window as PNG."""
-        data = self.ask("Page.captureScreenshot")["data"]
-        path.write_bytes(base64.b64decode(data))

@@ -117,10 +117,6 @@ def test_a_slow_mass_loses_the_wall_that_a_hard_impact_takes_away() -> None:
     assert table["v"][0] == pytest.approx(7.5, abs=1e-12)  # 1 (1 + .5) 10 / 2
 
 
-PRESSED = State(0.5, 0.0, [1.5, 0.5], [0.0, 0.0])
-"""The first mass is at rest on the right wall, which x'' < 0 presses on it."""
-
-
 def test_a_mass_that_is_stuck_on_the_same_wall_is_kicked_off() -> None:
     p = damper_of({}, {}, gravity=0.0)
     table = events(p, State(0.5, 0.0, [1.5, 0.5], [0.0, 30.0]), until=0.08)

@@ -24,10 +24,9 @@ MODELS = {
     "sliding": Model({"friction": 0.01}, 1.5e-6, "dry friction"),
     "several": Model({"unit_count": 3.0, "clearance_spread": 0.2}, 1.5e-6, "several free masses"),
 }
-#: Those of one free mass, those without dry friction, and those of both.
+#: Those of one free mass, and those without dry friction.
 ONE_MASS = tuple(name for name in MODELS if name != "several")
 FRICTIONLESS = tuple(name for name in MODELS if name != "sliding")
-SMOOTH = tuple(name for name in ONE_MASS if name != "sliding")
 
 
 def name_of(damper: Any) -> str:
