@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from damper.parameters.forcing import HARMONIC, check_force, read_forcing
-from damper.parameters.masses import OF_A_MASS_SI, read_masses, split, with_own
+from damper.parameters.masses import OF_A_MASS_SI, changed_in, read_masses, value_in
 from damper.parameters.models import models_of
 from damper.parameters.quantity import Declared, Quantity, quantity, shared
 from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED, Units
@@ -652,13 +652,10 @@ class SIParameters(Declared, shares=Parameters):
         from 0 they are linear.
         """
         values, found = self.__dict__, {}
-        common, k = split(name) or (name, 0)
-        own = values[common] if common == name else dict(self.masses[k]).get(common, values[common])
+        own = value_in(values, name)
 
         def having(value: float) -> dict[str, Any]:
-            if common == name:
-                return values | {name: value}
-            return values | {"masses": with_own(self.masses, {name: value})}
+            return values | changed_in(values, {name: value})
 
         if name == "force_amplitude" and not own:  # lengths stay in half of the gap
             one = _referred(having(1.0))[name]

@@ -95,6 +95,20 @@ def with_own(masses: Any, own: Mapping[str, Any]) -> list[dict[str, Any]]:
     return made
 
 
+def value_in(values: Mapping[str, Any], name: str) -> Any:
+    """Value of a quantity of a damper, or of one of its masses: if not its own, that of all."""
+    common, k = split(name) or (name, -1)
+    own = {} if k < 0 else dict(values["masses"][k])
+    return own.get(common, values[common])
+
+
+def changed_in(values: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments of a damper that change where its quantities, or those of its masses, do."""
+    own = {name: value for name, value in changes.items() if split(name)}
+    made = {name: value for name, value in changes.items() if name not in own}
+    return made | ({"masses": with_own(values["masses"], own)} if own else {})
+
+
 def _mass(where: str, given: Any, names: Sequence[str]) -> dict[str, Any]:
     if isinstance(given, Mass):
         return dict(given)

@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import Any, TypeVar
 
 from damper.parameters.dampers import Parameters, SIParameters
-from damper.parameters.masses import OF_ANY_MASS, split, with_own
+from damper.parameters.masses import OF_ANY_MASS, changed_in, split, value_in, with_own
 from damper.parameters.quantities import INITIAL_NAMES, is_si, of_a_mass, unknown_name
 from damper.parameters.quantity import Quantity
 
@@ -40,24 +40,17 @@ def value_of(parameters: Parameters | SIParameters, name: str) -> float:
     own = parameters.forcing.numbers
     if name in own:
         return own[name]
-    common, k = split(name) or (name, 0)
-    if common == name:
-        return float(getattr(parameters, name))
-    return float(dict(parameters.masses[k]).get(common, getattr(parameters, common)))
+    return float(value_in(vars(parameters), name))
 
 
 def with_values(parameters: Damper, values: Mapping[str, float]) -> Damper:
     """The same damper with other values of some of its numbers."""
     forcing = parameters.forcing
     of_force = {name: v for name, v in values.items() if name in forcing.numbers}
-    of_masses = {name: v for name, v in values.items() if split(name)}
-    changed: dict[str, Any] = {
-        name: v for name, v in values.items() if name not in {*of_force, *of_masses}
-    }
+    others = {name: v for name, v in values.items() if name not in of_force}
+    changed = changed_in(vars(parameters), others)
     if of_force:
         changed["forcing"] = forcing.having(of_force)
-    if of_masses:
-        changed["masses"] = with_own(parameters.masses, of_masses)
     return replace(parameters, **changed)
 
 
