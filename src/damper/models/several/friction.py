@@ -13,7 +13,7 @@ from damper.engine.bodies import start_point
 from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at
 from damper.engine.oscillator import motion_from
-from damper.engine.search import GAVE_UP, ROUNDOFF, EventPoint, first_root
+from damper.engine.search import GAVE_UP, ROUNDOFF, first_root
 from damper.engine.segment import (
     FLIGHT,
     IMPACT,
@@ -55,11 +55,12 @@ from damper.models.several.bodies import (
 )
 from damper.models.several.contacts import let_go, settle, slide_on
 from damper.models.several.log import segment_of_all
+from damper.models.several.pinch import NOTHING_LEFT
 from damper.models.several.tails import (
-    NOTHING_LEFT,
     NextEvent,
     close,
     has_nothing_left,
+    is_balanced,
     next_event,
     rest_together,
 )
@@ -200,7 +201,7 @@ def _next_event(friction, model, s, start, k, last, margin):
         )
         here = hold_at_start(hold)
         width = 2.0 * hold.friction if seg.mode == RESTING else math.inf
-        if _is_balanced(here, width):
+        if is_balanced(here, width):
             return NextEvent(last, 0.0, 1, False)
         lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
         root = first_root(hold, here, width, lifts_off, last, 0.0)
@@ -227,14 +228,6 @@ def _next_event(friction, model, s, start, k, last, margin):
     if root.side == GAVE_UP or (root.side != 0.0 and tau <= last):
         return NextEvent(tau, root.side, steps, False)
     return NextEvent(last, 1.0 if stops else 0.0, steps, stops)
-
-
-@compiled
-def _is_balanced(here: EventPoint, width: float) -> bool:
-    """Whether all that holds a mass is just enough, and stays so."""
-    least = min(abs(here.value), abs(width - here.value))
-    largest = max(least, abs(here.slope), abs(here.second), abs(here.third))
-    return here.growth == 0.0 and largest <= here.roundoff
 
 
 @slide_on.of(Friction)

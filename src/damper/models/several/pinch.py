@@ -34,8 +34,9 @@ from damper.models.several.bodies import (
     restitution_of,
 )
 
-#: Part of the tolerance that may be left of a pinch: nothing but its impacts happens meanwhile.
-_NOTHING_LEFT = 1e-2
+#: Part of the tolerance that may be left of a pinch, whose impacts alone happen meanwhile, or of a
+#: sequence which others disturb: they prolong it.
+NOTHING_LEFT = 1e-2
 #: Turns of a pinch after which all but the same part of what is lost is lost by one of the two.
 _MOST_TURNS = 1000
 #: Shortest time that is left of one: it has a length, and times far below have few digits.
@@ -45,7 +46,7 @@ SHORTEST = 1e-200
 @compiled
 def close_pinch(model: Several, bodies: np.ndarray) -> None:
     """Close the impacts of two masses that pinch the primary, which all but takes no time."""
-    longest = _NOTHING_LEFT * model.tolerance
+    longest = NOTHING_LEFT * model.tolerance
     for k in range(len(bodies)):
         hit = bodies[k, MODE] == FLIGHT and bodies[k, CAUSE] == IMPACT and bodies[k, RATE] >= 0.0
         if not hit:
@@ -136,7 +137,10 @@ def _are_alone(model, bodies, k, j, left):
 @compiled
 def is_pinched(bodies: np.ndarray) -> bool:
     """Whether a tail is that of a pinch, or of others that end in no time: all speeds fade away."""
-    return bool(np.any((bodies[:, MODE] == TAIL) & (bodies[:, COMPLETION] < 0.0)))
+    found = False
+    for k in range(len(bodies)):
+        found = found or bool(bodies[k, MODE] == TAIL and bodies[k, COMPLETION] < 0.0)
+    return found
 
 
 @compiled
@@ -173,20 +177,17 @@ def share_of_pinch(model: Several, bodies: np.ndarray, body: int) -> float:
     if not (with_left or with_comes):
         return 0.0
     own = comes if with_comes else left
-    part = float(model.masses[body, RATIO]) / _together(model, bodies, own)
     rate, speed = float(bodies[left, RATE]), -float(bodies[comes, RATE])
-    of_own, total = 0.0, 0.0
-    before, ratio, last, turn, own_turn = 0.0, -1.0, 0.0, 0.0, 0.0
+    first, second = _turn_of(model, bodies, comes), _turn_of(model, bodies, left)
+    of_own, total, before, ratio = 0.0, 0.0, 0.0, -1.0
+    turn, own_turn = 0.0, 0.0
     for _ in range(_MOST_TURNS):
         turn, own_turn = 0.0, 0.0
-        for _ in range(2):
-            mu = _together(model, bodies, comes)
-            r = restitution_of(model, comes, float(bodies[comes, SIDE]))
+        for hits, (mu, r) in ((comes, first), (left, second)):
             lost = mu / (1.0 + mu) * (1.0 - r * r) * speed * speed
             turn += lost
-            own_turn += lost if comes == own else 0.0
+            own_turn += lost if hits == own else 0.0
             rate, speed = r * speed, max(mu * (1.0 + r) / (1.0 + mu) * speed - rate, 0.0)
-            left, comes = comes, left
         of_own += own_turn
         total += turn
         last, ratio = ratio, turn / before if before > 0.0 else 0.0
@@ -196,7 +197,14 @@ def share_of_pinch(model: Several, bodies: np.ndarray, body: int) -> float:
     # Of the turns that are left each loses the same part of what the one before does.
     rest = ratio / (1.0 - ratio) if ratio < 1.0 else 0.0
     whole = total + rest * turn
+    part = float(model.masses[body, RATIO]) / _together(model, bodies, own)
     return part * (of_own + rest * own_turn) / whole if whole > 0.0 else 0.0
+
+
+@compiled
+def _turn_of(model, bodies, k):
+    """Mass ratio and restitution of what hits together."""
+    return _together(model, bodies, k), restitution_of(model, k, float(bodies[k, SIDE]))
 
 
 @compiled

@@ -9,7 +9,7 @@ from damper.engine.bodies import WeightedSum, acceleration_of, start_point
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
 from damper.engine.oscillator import motion_from
-from damper.engine.search import first_root
+from damper.engine.search import EventPoint, first_root
 from damper.engine.segment import FLIGHT, IMPACT, NOTHING, RELEASE, STICKING, TAIL
 from damper.models.flights import completes, gap_of, rests
 from damper.models.rigid import ContactForce, force_point
@@ -38,10 +38,8 @@ from damper.models.several.bodies import (
     view_of,
 )
 from damper.models.several.contacts import contact_forces
-from damper.models.several.pinch import SHORTEST
+from damper.models.several.pinch import NOTHING_LEFT, SHORTEST
 
-#: Part of the tolerance that may be left of a sequence which others disturb: they prolong it.
-NOTHING_LEFT = 1e-2
 #: Acceleration, in units of F0/M, beyond which none is promised: weights are up to this.
 _LARGEST = 1e6
 
@@ -77,8 +75,7 @@ def _next_event(friction, model, s, start, k, last, margin):
     if seg.mode == STICKING:
         force = ContactForce(start.osc, view.mass, start.primary, seg.side)
         here = force_point(force, 0.0, 0.0, start.primary)
-        largest = max(abs(here.value), abs(here.slope), abs(here.second), abs(here.third))
-        if rests(here) or (here.growth == 0.0 and largest <= here.roundoff):
+        if rests(here) or is_balanced(here, math.inf):
             # All hang at rest: what is left of a force that others' weights do not let vanish.
             return NextEvent(last, 0.0, 1, False)
         lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
@@ -92,6 +89,14 @@ def _next_event(friction, model, s, start, k, last, margin):
         lifts_off = seg.gap == 0.0 and seg.gap_rate == 0.0 and here.second == 0.0
         root = first_root(moving, here, 2.0 * (view.clearance - margin), lifts_off, last, 0.0)
     return NextEvent(root.point.tau + root.step, root.side, root.steps, False)
+
+
+@compiled
+def is_balanced(here: EventPoint, width: float) -> bool:
+    """Whether all that holds a mass is just enough, and stays so."""
+    least = min(abs(here.value), abs(width - here.value))
+    largest = max(least, abs(here.slope), abs(here.second), abs(here.third))
+    return here.growth == 0.0 and largest <= here.roundoff
 
 
 @by_class
