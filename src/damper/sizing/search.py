@@ -67,7 +67,7 @@ class Search:
 
     @property
     def _grid(self) -> _Grid:
-        return _SMOOTH if self.judge.machine.is_free or self.judge.machine.is_recorded else _BAND
+        return _SMOOTH if self.judge.machine.band is None else _BAND
 
     def best(self) -> Sizes:
         """The best damper, in numbers of four digits."""

@@ -104,10 +104,10 @@ def _engine_part(p: Parameters) -> str:
     words = [kind, getattr(force, "of", getattr(force, "frame", None))]
     if words in (["harmonic", None], ["base", "ground"]):
         words = []
-    weight = "weight" if any(one.gravity for one in p.each) else None
+    beside = "weight" if any(one.gravity for one in p.each) else None
     if p.model == "several" and p.rubs:
-        weight = "friction"
-    return "_".join(["engine", *filter(None, [*words, weight])])
+        beside = "friction"
+    return "_".join(["engine", *filter(None, [*words, beside])])
 
 
 def simulation_modules(study: Study) -> tuple[str, ...]:
