@@ -9,26 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis.runs import runs
-from damper.figures.common import layout
-from damper.figures.common.panels import (
-    finish,
-    legend_line,
-    legend_patch,
-    note_empty_panel,
-    panel_grid,
-    parts,
-    title,
-)
-from damper.figures.common.style import (
-    BLACK,
-    BLUE,
-    COLUMN,
-    ORANGE,
-    PAGE,
-    VARIABLE_SYMBOLS,
-    VERMILION,
-    label,
-)
+from damper.figures.common import layout, panels, style
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
 from damper.figures.overlays import Panels, draw_overlays
 from damper.parameters.dampers import BASIC
@@ -61,20 +42,20 @@ _MEANINGS = {
     _MULTIPLIER: "size of the multipliers\n",
 }
 _DRAWN = (*products.SECTION_VARIABLES, *_RELATIVE, *LOGARITHMIC, _MULTIPLIER)
-_CHATTER = {1: ("incomplete chatter", ORANGE), 2: ("complete chatter", BLUE)}
+_CHATTER = {1: ("incomplete chatter", style.ORANGE), 2: ("complete chatter", style.BLUE)}
 #: Direction -> colour, size and order of its points. Down lies beneath and is larger, so that a
 #: rim of it shows where both agree, and it stands alone where they do not.
 _DIRECTIONS: dict[str | None, tuple[str, float, float]] = {
-    "up": (BLACK, 0.9, 2.1),
-    "down": (VERMILION, 1.9, 2.0),
+    "up": (style.BLACK, 0.9, 2.1),
+    "down": (style.VERMILION, 1.9, 2.0),
 }
-_SINGLE = (BLACK, 0.9, 2.0)
+_SINGLE = (style.BLACK, 0.9, 2.0)
 #: Amplitudes have one point at each place: larger ones, and not joined, for between two places the
 #: motion may jump.
 _LARGER = 1.8
 #: Distance of the bars of both directions above the panels, in points.
 _STRIPS: dict[str | None, float] = {"up": 9.0, "down": 3.0}
-_BRACKET: dict[str, Any] = {"color": VERMILION, "lw": 0.9}
+_BRACKET: dict[str, Any] = {"color": style.VERMILION, "lw": 0.9}
 
 
 class Bifurcation(products.FigureSettings):
@@ -180,24 +161,24 @@ def draw(results: Mapping[str, Any], settings: Bifurcation) -> Figure:
     drawn over each other.
     """
     place, variables = _shown(results["cube"], settings), settings.variables
-    rows = parts(place, settings.rows)
-    width = PAGE if len(variables) > 1 else COLUMN
+    rows = panels.parts(place, settings.rows)
+    width = style.PAGE if len(variables) > 1 else style.COLUMN
     height = 1.1 + 1.55 * len(rows)
-    figure, axes = panel_grid(len(rows), len(variables), width=width, height=height)
+    figure, axes = panels.panel_grid(len(rows), len(variables), width=width, height=height)
     handles = _handles(place, variables, settings.mark_label)
     for row, (text, panel) in zip(axes, rows, strict=True):
         for ax, name in zip(row, variables, strict=True):
             _points(ax, panel, settings.along, name)
         _mark_chatter(row, panel, settings.along)
         _title(row, text, panel, settings)
-        panels = Panels(dict(zip(variables, row, strict=True)), (settings.along,), panel, results)
-        handles += draw_overlays(panels, settings.theory, settings.orbits)
+        over = Panels(dict(zip(variables, row, strict=True)), (settings.along,), panel, results)
+        handles += draw_overlays(over, settings.theory, settings.orbits)
         for ax, name in zip(row, variables, strict=True):
             ax.set_ylabel(_ordinate(place, name))
     for ax in axes[-1]:
         ax.set_xlabel(layout.place_label(place, settings.along, 0.8 * width / len(variables)))
     figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
-    return finish(figure, place, settings.caption, handles, _remarks(place, variables))
+    return panels.finish(figure, place, settings.caption, handles, _remarks(place, variables))
 
 
 def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:
@@ -215,19 +196,19 @@ def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:
 
 def _title(row: np.ndarray, text: str, panel: xr.Dataset, settings: Bifurcation) -> None:
     """Say at which place a row is, and mark a range."""
-    style = {"pad": 14.0} if "direction" in panel.dims and "chatter" in panel else {}
+    look = {"pad": 14.0} if "direction" in panel.dims and "chatter" in panel else {}
     if settings.mark is not None:
         for ax in row:
             _bracket(ax, settings.mark)
-    title(row[0], text, **style)
+    panels.title(row[0], text, **look)
 
 
 def _ordinate(place: xr.Dataset, name: str) -> str:
-    symbol = VARIABLE_SYMBOLS[name]
+    symbol = style.VARIABLE_SYMBOLS[name]
     if name == "relative_displacement" and "gap" in place.coords:
         symbol = "$(y - x)/D$"
     meaning = _MEANINGS.get(name, name.replace("_", " "))
-    return label(meaning, symbol, "1" if name == _MULTIPLIER else units_of(place[name].attrs))
+    return style.label(meaning, symbol, "1" if name == _MULTIPLIER else units_of(place[name].attrs))
 
 
 def with_relative(cube: xr.Dataset, variables: Sequence[str]) -> xr.Dataset:
@@ -267,7 +248,7 @@ def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
         ax.set_xlim(grid.min(), grid.max())
     layout.few_decades(ax)
     if name == _MULTIPLIER:
-        ax.axhline(1.0, color=BLACK, lw=0.6)
+        ax.axhline(1.0, color=style.BLACK, lw=0.6)
         ax.set_ylim(0.0, 2.0)
         return
     for direction, branch in _directions(panel):
@@ -286,7 +267,7 @@ def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
         shown = np.append(shown, alone)
     finite = shown[np.isfinite(shown)]
     if not finite.size:
-        note_empty_panel(ax)
+        panels.note_empty_panel(ax)
         return
     if name in LOGARITHMIC and (finite := finite[finite > 0.0]).size:
         ax.set_yscale("log")
@@ -366,14 +347,16 @@ def _remarks(place: xr.Dataset, variables: Sequence[str]) -> list[str]:
 def _handles(place: xr.Dataset, variables: Sequence[str], mark_label: str | None) -> list[Artist]:
     handles = []
     for name, (colour, size, _) in _DIRECTIONS.items():
-        style = {"ls": "", "marker": ".", "mew": 0.0, "ms": 2.0 + 2.0 * size}
+        look = {"ls": "", "marker": ".", "mew": 0.0, "ms": 2.0 + 2.0 * size}
         if name in place.get("direction", ()):
-            handles.append(legend_line(f"continued {name}wards", color=colour, **style))
+            handles.append(panels.legend_line(f"continued {name}wards", color=colour, **look))
     shade = 1.0 if handles else 0.5
     if "chatter" in place:
-        handles += [legend_patch(text, color=c, alpha=shade) for text, c in _CHATTER.values()]
+        handles += [
+            panels.legend_patch(text, color=c, alpha=shade) for text, c in _CHATTER.values()
+        ]
     if mark_label is not None:
-        handles.append(legend_line(mark_label, **_BRACKET))
+        handles.append(panels.legend_line(mark_label, **_BRACKET))
     if any(OVER.get(name) in place for name in variables):
-        handles.append(legend_line("without damper", **REFERENCE))
+        handles.append(panels.legend_line("without damper", **REFERENCE))
     return handles

@@ -10,19 +10,7 @@ from pydantic import Field
 
 from damper.analysis.places import in_millimetres
 from damper.analysis.reduction import BEST, MEDIAN, REDUCTIONS, least, reduced, runs_over
-from damper.figures.common import layout
-from damper.figures.common.panels import (
-    finish,
-    label_outer,
-    legend_line,
-    legend_patch,
-    note_empty_panel,
-    panel_grid,
-    panel_size,
-    parts,
-    title,
-    wrapped_panels,
-)
+from damper.figures.common import layout, panels
 from damper.figures.common.style import BLACK, BLUE, COLUMN, RATIOS, SYMBOLS, label
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
 from damper.parameters.lazy import Artist, Axes, Figure, xr
@@ -133,18 +121,18 @@ def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
     if settings.natural_frequency:
         natural = np.sqrt(place.stiffness.values / place.primary_mass.item()) / (2.0 * np.pi)
         place = place.assign_coords(stiffness=natural)
-    figure, panels = _panels(place, variables, settings)
+    figure, shown = _panels(place, variables, settings)
     if settings.natural_frequency:
         text = label("natural frequency", r"$\sqrt{K/M} / (2\pi)$", "Hz")
         for ax in figure.axes:
             ax.set_xlabel(text if ax.get_xlabel() else "")
     of = f"worst of {runs_over(cube, settings.band)}" if settings.band else ""
     handles: list[Artist] = []
-    for ax, text, part, name in panels:
+    for ax, text, part, name in shown:
         drawn = _lines(part, variables[0], settings, of)
         if settings.panels and not settings.lines:  # there is one line: the title says what it is
             text = ", ".join(filter(None, (text, drawn[0][1].pop("label"))))
-        title(ax, text)
+        panels.title(ax, text)
         for line, style in drawn:
             _draw_line(ax, line, name, style, settings)
         if name + _UNDAMPED in part:
@@ -153,14 +141,14 @@ def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
         _dress(ax, part, name, settings.along, settings.log)
         if settings.slope is not None:
             _guide(ax, part[settings.along].values, settings.slope)
-        handles += [legend_line(**style) for _, style in drawn if style.get("label")]
+        handles += [panels.legend_line(**style) for _, style in drawn if style.get("label")]
     handles += _handles(of, place, variables, settings)
     if settings.slope is not None:
-        handles.append(legend_line(f"slope {settings.slope:g}", **_GUIDE))
+        handles.append(panels.legend_line(f"slope {settings.slope:g}", **_GUIDE))
     remarks = layout.reductions(cube, settings)
     if settings.best:
         remarks.append("best: lowest peak over the band")
-    return finish(figure, place, settings.caption, handles, remarks, room=3)
+    return panels.finish(figure, place, settings.caption, handles, remarks, room=3)
 
 
 def _guide(ax: Axes, x: np.ndarray, slope: float) -> None:
@@ -178,16 +166,16 @@ def _panels(
     along = settings.along
     if settings.panels is None:
         names = [*variables, *(settings.choose or ())]
-        figure, grid = panel_grid(len(names), width=COLUMN, height=1.0 + _PANEL * len(names))
+        figure, grid = panels.panel_grid(len(names), width=COLUMN, height=1.0 + _PANEL * len(names))
         for ax, name in zip(grid.flat, names, strict=True):
             ax.set_ylabel(_ordinate(place, name))
         grid[-1, 0].set_xlabel(layout.place_label(place, along, _ABSCISSA))
         return figure, [(ax, "", place, name) for ax, name in zip(grid.flat, names, strict=True)]
-    shown = parts(place, settings.panels)
-    figure, axes = wrapped_panels(len(shown), _HEIGHTS, rest=1.0)
-    width, height = (0.9 * size for size in panel_size(axes, _HEIGHTS))
+    shown = panels.parts(place, settings.panels)
+    figure, axes = panels.wrapped_panels(len(shown), _HEIGHTS, rest=1.0)
+    width, height = (0.9 * size for size in panels.panel_size(axes, _HEIGHTS))
     ordinate = layout.variable_label(place[variables[0]], height)
-    label_outer(axes, layout.place_label(place, along, width), ordinate)
+    panels.label_outer(axes, layout.place_label(place, along, width), ordinate)
     return figure, [(ax, *part, variables[0]) for ax, part in zip(axes, shown, strict=True)]
 
 
@@ -234,14 +222,14 @@ def _handles(
     if variables[0] + BEST in place:
         colour = BLACK if settings.lines else BLUE
         if settings.lines or settings.panels or not settings.best:
-            handles.append(legend_line(of, **_style(0, 1)))
+            handles.append(panels.legend_line(of, **_style(0, 1)))
         if variables[0] + MEDIAN in place and not settings.lines:
-            handles.append(legend_line("their median", **_MEDIAN))
-        handles.append(legend_patch("their best to their worst", color=colour, **_BAND))
+            handles.append(panels.legend_line("their median", **_MEDIAN))
+        handles.append(panels.legend_patch("their best to their worst", color=colour, **_BAND))
     if any(name + _UNDAMPED in place or name in RATIOS for name in variables):
-        handles.append(legend_line("without damper", **REFERENCE))
+        handles.append(panels.legend_line("without damper", **REFERENCE))
     if settings.best is not None:
-        handles.append(legend_line("where a line is highest", **_WORST))
+        handles.append(panels.legend_line("where a line is highest", **_WORST))
     return handles
 
 
@@ -346,7 +334,7 @@ def _dress(ax: Axes, place: xr.Dataset, name: str, along: str, log: bool) -> Non
         ax.set_xscale("log")
     ax.set_xlim(grid.min(), grid.max())
     if not any(np.isfinite(line.get_ydata()).any() for line in ax.lines):
-        note_empty_panel(ax)
+        panels.note_empty_panel(ax)
     elif log:
         ax.set_yscale("log")
     elif layout.whole(place[name]):

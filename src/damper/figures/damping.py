@@ -9,16 +9,8 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis.closed_forms import damper_at
+from damper.figures.common import panels
 from damper.figures.common.layout import numbers, select
-from damper.figures.common.panels import (
-    finish,
-    label_outer,
-    legend_line,
-    note_empty_panel,
-    parts,
-    title,
-    wrapped_panels,
-)
 from damper.figures.common.style import BLACK, BLUE, ORANGE, VERMILION
 from damper.parameters import Parameters
 from damper.parameters.dampers import BASIC
@@ -79,13 +71,13 @@ def draw(results: Mapping[str, Any], settings: DampingFigure) -> Figure:
     variables = ("peak_amplitude", "equivalent_damping_ratio", "half_cycles")
     keep = settings.panels, settings.lines, "half_cycle"
     place = select(results["cube"], variables, settings.at, keep)
-    shown = parts(place, settings.panels)
-    figure, axes = wrapped_panels(len(shown), {1: 2.4, 2: 2.4, 3: 2.4}, rest=1.2)
+    shown = panels.parts(place, settings.panels)
+    figure, axes = panels.wrapped_panels(len(shown), {1: 2.4, 2: 2.4, 3: 2.4}, rest=1.2)
     for ax, (text, panel) in zip(axes, shown, strict=True):
         _panel(ax, panel, settings.lines)
-        title(ax, text)
+        panels.title(ax, text)
     outside = _scale(axes)
-    label_outer(
+    panels.label_outer(
         axes,
         "amplitude of the primary\nover the clearance $A/d$",
         "damping ratio added by impacts\nover the mass ratio "
@@ -93,15 +85,15 @@ def draw(results: Mapping[str, Any], settings: DampingFigure) -> Figure:
     )
     dots = (*_POINTS[:2], _POINTS[2] | {"ms": 2.6})  # in the legend
     handles = [
-        legend_line(_meaning(place, settings.lines, text), **style)
-        for style, (text, _) in zip(dots, parts(place, settings.lines), strict=False)
+        panels.legend_line(_meaning(place, settings.lines, text), **style)
+        for style, (text, _) in zip(dots, panels.parts(place, settings.lines), strict=False)
     ]
     handles += [
-        legend_line("law of free decay, from the fold on", **_LAW),
-        legend_line("the same, no longer stable", **_UNSTABLE),
-        legend_line(r"largest by the law: $2d = \pi A\,(1+r)/(1-r)$", **_LARGEST),
+        panels.legend_line("law of free decay, from the fold on", **_LAW),
+        panels.legend_line("the same, no longer stable", **_UNSTABLE),
+        panels.legend_line(r"largest by the law: $2d = \pi A\,(1+r)/(1-r)$", **_LARGEST),
     ]
-    return finish(figure, place, settings.caption, handles, [*_left_out(place), *outside])
+    return panels.finish(figure, place, settings.caption, handles, [*_left_out(place), *outside])
 
 
 def _meaning(place: xr.Dataset, lines: str | None, text: str) -> str:
@@ -112,7 +104,7 @@ def _panel(ax: Axes, panel: xr.Dataset, lines: str | None) -> None:
     """Draw one panel: points of each line, and the law of each restitution among them."""
     laws: dict[float, Parameters] = {}
     any_points = False
-    shown = parts(panel, lines)
+    shown = panels.parts(panel, lines)
     for number, (style, (_, line)) in enumerate(zip(_POINTS, shown, strict=False)):
         damper, units = damper_at(line)
         # Of equal laws any will do.
@@ -124,7 +116,7 @@ def _panel(ax: Axes, panel: xr.Dataset, lines: str | None) -> None:
         added = (ratio[seen] - damper.damping_ratio) / damper.mass_ratio
         ax.plot(amplitude[seen], added, zorder=2.0 + 0.1 * number, **style)
     if not any_points:
-        note_empty_panel(ax, "no whole cycle of a free vibration here")
+        panels.note_empty_panel(ax, "no whole cycle of a free vibration here")
     seen_to = max(float(np.max(line.get_xdata(), initial=1.0)) for line in ax.lines)
     for damper in laws.values():
         _law(ax, damper, seen_to)

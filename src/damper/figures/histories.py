@@ -10,25 +10,10 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis import stretches
+from damper.figures import trajectory
+from damper.figures.common import panels
 from damper.figures.common.layout import select
-from damper.figures.common.panels import (
-    finish,
-    legend_line,
-    legend_patch,
-    note_empty_panel,
-    parts,
-    title,
-)
 from damper.figures.common.style import BLACK, BLUE, ORANGE, STUCK, SYMBOLS, label
-from damper.figures.trajectory import (
-    TrajectoryFigure,
-    draw_drive,
-    driven_grid,
-    in_periods,
-    time_label,
-    units_in_a_cycle,
-    with_drive,
-)
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
@@ -60,7 +45,7 @@ _PANEL = 0.82
 _MOST_POINTS = 20_000
 
 
-class Histories(TrajectoryFigure):
+class Histories(trajectory.TrajectoryFigure):
     """The free mass between the walls over time, with a panel for each value of an axis.
 
     Bursts of chatter and stretches of sticking are shaded.
@@ -90,19 +75,19 @@ def draw(results: Mapping[str, Any], settings: Histories) -> Figure:
     cube = results["cube"]
     if "burst_onset" not in cube:
         raise ValueError("the bursts are not listed one by one (observers: bursts: records)")
-    names = with_drive(cube, _VARIABLES)
+    names = trajectory.with_drive(cube, _VARIABLES)
     place = select(cube, names, settings.at, (settings.panels, "instant", "burst"))
-    unit = units_in_a_cycle(place)
+    unit = trajectory.units_in_a_cycle(place)
     start, stop = settings.start * unit, settings.stop and settings.stop * unit
-    runs = parts(place, settings.panels)
+    runs = panels.parts(place, settings.panels)
     height = 1.15 + _PANEL * len(runs)
-    figure, top, axes = driven_grid(place, len(runs), height=height, sharey=True)
+    figure, top, axes = trajectory.driven_grid(place, len(runs), height=height, sharey=True)
     for _, run in runs if top is not None else ():
-        draw_drive(top, in_periods(run) * unit, run)  # type: ignore[arg-type]
+        trajectory.draw_drive(top, trajectory.in_periods(run) * unit, run)  # type: ignore[arg-type]
     shown: dict[str, Artist] = {}
     end, points = start, place.sizes["instant"] * len(runs)
     for ax, (text, run) in zip(axes, runs, strict=True):
-        title(ax, text, pad=3.0)
+        panels.title(ax, text, pad=3.0)
         last, handles = _history(ax, run, start, stop, points)
         ax.set_title(_class(run, handles), loc="right", pad=3.0)
         end = max(end, last)
@@ -111,10 +96,10 @@ def draw(results: Mapping[str, Any], settings: Histories) -> Figure:
         axes[-1].set_xlim(start, end)
     axes[-1].set_ylim(-1.2, 1.2)
     axes[-1].set_yticks([-1, 0, 1])
-    axes[-1].set_xlabel(time_label(place))
+    axes[-1].set_xlabel(trajectory.time_label(place))
     figure.supylabel(_ordinate(place), fontsize=8.0)
     listed = [shown[name] for name in _ORDER if name in shown]
-    return finish(figure, place, settings.caption, listed, _remarks(place))
+    return panels.finish(figure, place, settings.caption, listed, _remarks(place))
 
 
 _ORDER = ("free", "walls", "complete", "incomplete", "sticking")
@@ -143,18 +128,18 @@ def _history(
     ax: Axes, run: xr.Dataset, start: float, stop: float | None, points: int
 ) -> tuple[float, dict[str, Artist]]:
     """Draw one run; return where it ends, and legend entries of what it shows."""
-    unit = units_in_a_cycle(run)
+    unit = trajectory.units_in_a_cycle(run)
     period = 2.0 * math.pi / float(run[stretches.forcing_frequency(run)]) / unit
-    time = in_periods(run) * unit
+    time = trajectory.in_periods(run) * unit
     if not np.isfinite(time).any():
-        note_empty_panel(ax)
+        panels.note_empty_panel(ax)
         return start, {}
     piece = run.isel(instant=stretches.rows_between(time, start, stop))
-    time = in_periods(piece) * unit
+    time = trajectory.in_periods(piece) * unit
     end = float(time[-1]) if stop is None else min(stop, float(time[-1]))
     shown: dict[str, Artist] = {
-        "free": legend_line("free mass", **_FREE),
-        "walls": legend_line("walls", **_WALL),
+        "free": panels.legend_line("free mass", **_FREE),
+        "walls": panels.legend_line("walls", **_WALL),
     }
     for wall in (-1.0, 1.0):
         ax.axhline(wall, zorder=1.0, **_WALL)
@@ -170,10 +155,10 @@ def _history(
         if burst.chatter and first / period < end and last / period > start:
             name = "complete" if burst.complete else "incomplete"
             ax.axvspan(first / period, last / period, zorder=0.7, **_SHADES[burst.complete])
-            shown[name] = legend_patch(f"{name} chatter", **_SHADES[burst.complete])
+            shown[name] = panels.legend_patch(f"{name} chatter", **_SHADES[burst.complete])
     for first, last in stretches.sticking(time, piece.trajectory_mode.values):
         ax.axvspan(first, last, zorder=0.7, **STUCK)
-        shown["sticking"] = legend_patch("sticking", **STUCK)
+        shown["sticking"] = panels.legend_patch("sticking", **STUCK)
     _note_what_is_missing(ax, run, end * period)
     return end, shown
 
@@ -187,4 +172,4 @@ def _note_what_is_missing(ax: Axes, run: xr.Dataset, end: float) -> None:
         missing.append("later bursts are not listed (observers: bursts: records)")
     if missing:
         paper = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
-        note_empty_panel(ax, "\n".join(missing), bbox=paper)
+        panels.note_empty_panel(ax, "\n".join(missing), bbox=paper)

@@ -13,29 +13,7 @@ from damper.analysis.optimum import CONTACT, SAME, contact, from_exact_rest
 from damper.analysis.places import in_millimetres
 from damper.analysis.reduction import REDUCTIONS, least, reduced, worst
 from damper.analysis.stretches import half_gap
-from damper.figures.common import layout
-from damper.figures.common.panels import (
-    finish,
-    label_outer,
-    legend_line,
-    legend_patch,
-    note_empty_panel,
-    panel_size,
-    parts,
-    title,
-    wrapped_panels,
-)
-from damper.figures.common.style import (
-    BLACK,
-    BLUE,
-    MISSING,
-    ORANGE,
-    PALE,
-    RATIOS,
-    VARIABLE_SYMBOLS,
-    VERMILION,
-    motion_colours,
-)
+from damper.figures.common import layout, panels, style
 from damper.figures.overlays import Panels, draw_overlays
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.quantities import INITIAL_NAMES
@@ -54,13 +32,13 @@ _CLASSES = {
     "chatter": (
         ("no contact", "#FFFFFF"),
         ("impacts without chatter", "#D9D9D9"),
-        ("incomplete chatter", ORANGE),
-        ("complete chatter", BLUE),
+        ("incomplete chatter", style.ORANGE),
+        ("complete chatter", style.BLUE),
     ),
     "status": (
-        ("finished", PALE),
-        ("stopped: max_events reached", ORANGE),
-        ("stopped: a search gave up", VERMILION),
+        ("finished", style.PALE),
+        ("stopped: max_events reached", style.ORANGE),
+        ("stopped: a search gave up", style.VERMILION),
     ),
 }
 _ATTRACTOR = "attractor"
@@ -69,7 +47,7 @@ _HATCH, _HATCHES = "////", "#909090"
 #: What such a point means where all runs start at exact rest.
 _FROM_REST = " from exact rest (neutrally stable without friction)"
 #: Colours of ratios on either side of 1: blue where the damper helps, orange where it harms.
-ABOUT_ONE = ("#00253C", BLUE, "#FFFFFF", ORANGE, "#A84300")
+ABOUT_ONE = ("#00253C", style.BLUE, "#FFFFFF", style.ORANGE, "#A84300")
 #: Ratios beyond this and its inverse have the colours of these.
 _LARGEST_RATIO = 10.0
 #: Height of a row of so many panels, in inches.
@@ -211,8 +189,8 @@ def draw(results: Mapping[str, Any], settings: Map) -> Figure:
         place = place.assign_coords({name: (name, np.arange(listed.size), place[name].attrs)})
     if touched is not None:
         place = place.assign(touched=(touched.dims, touched.values))
-    shown = parts(place, settings.panels)
-    figure, axes = wrapped_panels(len(shown), _HEIGHTS, rest=1.0)
+    shown = panels.parts(place, settings.panels)
+    figure, axes = panels.wrapped_panels(len(shown), _HEIGHTS, rest=1.0)
     colours, norm = _colours(place[variable], classes)
     handles = _classes(place[variable], classes)
     for ax, (text, panel) in zip(axes, shown, strict=True):
@@ -229,9 +207,11 @@ def draw(results: Mapping[str, Any], settings: Map) -> Figure:
         over = Panels({variable: ax}, (x, y), panel, results)
         handles += draw_overlays(over, settings.theory, settings.orbits)
         _note_one_colour(ax, values, classes)
-        title(ax, text)
-    width, height = (0.9 * size for size in panel_size(axes, _HEIGHTS))
-    label_outer(axes, layout.place_label(place, x, width), layout.place_label(place, y, height))
+        panels.title(ax, text)
+    width, height = (0.9 * size for size in panels.panel_size(axes, _HEIGHTS))
+    panels.label_outer(
+        axes, layout.place_label(place, x, width), layout.place_label(place, y, height)
+    )
     for ax in axes if settings.equal else ():
         ax.set_xticks(place[x].values, [f"{value:g}" for value in written[x]])
         ax.set_yticks(place[y].values, [f"{value:g}" for value in written[y]])
@@ -240,7 +220,7 @@ def draw(results: Mapping[str, Any], settings: Map) -> Figure:
     remarks = layout.reductions(cube, settings)
     if {x, y} == {*INITIAL_NAMES} & {*cube.coords}:
         remarks.append("all other initial values 0")
-    return finish(figure, place, settings.caption, handles, remarks)
+    return panels.finish(figure, place, settings.caption, handles, remarks)
 
 
 def _marks(
@@ -248,10 +228,10 @@ def _marks(
 ) -> list[Artist]:
     """Mark where a ratio is 1, and the best places, of values where the walls are touched."""
     x, y = settings.x, settings.y
-    marks = _contour(ax, panel, x, y, values) if variable in RATIOS else []
+    marks = _contour(ax, panel, x, y, values) if variable in style.RATIOS else []
     if settings.best:
         # A ratio itself, or any variable beside the ratio of amplitudes.
-        own = variable if variable in RATIOS else "amplitude_ratio"
+        own = variable if variable in style.RATIOS else "amplitude_ratio"
         ratios = layout.numbers(panel[own], y, x) if own in panel else None
         rows = best_places(values, ratios, settings.best)
         marks += _best(ax, panel, x, y, rows, settings.best, variable)
@@ -275,7 +255,7 @@ def _mark_motions(
         at[settings.panels] = panel[settings.panels].item()
     bodies = [f"{body}{of}" for body in ("", "free_") for of in ("displacement", "velocity")]
     place = layout.select(cube, [*bodies, "motion_period"], at, (x, y, "sample"))
-    style: dict[str, Any] = {"ls": "", "marker": "o", "ms": 4.5, "mec": BLACK, "mew": 0.8}
+    look: dict[str, Any] = {"ls": "", "marker": "o", "ms": 4.5, "mec": style.BLACK, "mew": 0.8}
     limits = ax.get_xlim(), ax.get_ylim()
     spans = [high - low for low, high in limits]
     for number in np.unique(panel[_ATTRACTOR].values[np.isfinite(panel[_ATTRACTOR])]):
@@ -283,9 +263,9 @@ def _mark_motions(
         points = np.stack([_STARTS[name](place).where(shown).values.ravel() for name in (x, y)], -1)
         points = points[np.isfinite(points).all(axis=1)]
         _, first = np.unique(np.round(1e3 * points / spans), axis=0, return_index=True)
-        ax.plot(*points[first].T, mfc=colours(int(number)), **style)
+        ax.plot(*points[first].T, mfc=colours(int(number)), **look)
     ax.set(xlim=limits[0], ylim=limits[1])
-    return [legend_line("motions once per cycle, projected", mfc="white", **style)]
+    return [panels.legend_line("motions once per cycle, projected", mfc="white", **look)]
 
 
 class Classified(NamedTuple):
@@ -305,7 +285,7 @@ def classified(cube: xr.Dataset, settings: Mapping[str, Any], *keep: str | None)
     if variable == _ATTRACTOR:
         motions, names = attractors(cube)
         cube = cube.assign({variable: motions})
-        classes = list(motion_colours(names).items())
+        classes = list(style.motion_colours(names).items())
     beside = [name for name in (*CONTACT, "amplitude_ratio") if name in cube and name != variable]
     over = [name for key in REDUCTIONS for name in settings.get(key) or ()]
     if settings.get("choose"):
@@ -331,7 +311,7 @@ def _split_no_chatter(
 ) -> list[tuple[str, str]]:
     """Tell contact without chatter from no contact, in place; return the classes there are."""
     if touched is None:  # not known
-        return [("no chatter", PALE), *classes[2:]]
+        return [("no chatter", style.PALE), *classes[2:]]
     place["chatter"] = place.chatter + touched.where(place.chatter == 0, 1)
     name, colour = classes[0]
     return [(name + _FROM_REST * rest, colour), *classes[1:]]
@@ -351,13 +331,13 @@ def _colours(array: xr.DataArray, names: Sequence[tuple[str, str]]) -> tuple[Col
     if names:
         classes = ListedColormap([colour for _, colour in names])
         steps = np.arange(classes.N + 1) - 0.5
-        return classes.with_extremes(bad=MISSING), BoundaryNorm(steps, classes.N)
+        return classes.with_extremes(bad=style.MISSING), BoundaryNorm(steps, classes.N)
     low, high = _range(array)
-    if array.name in RATIOS:
+    if array.name in style.RATIOS:
         most = min(max(high, 1.0 / low, 1.01), _LARGEST_RATIO)
         ratios = LinearSegmentedColormap.from_list("ratios", ABOUT_ONE)
-        return ratios.with_extremes(bad=MISSING), LogNorm(1.0 / most, most)
-    colours = colormaps["cividis"].with_extremes(bad=MISSING)
+        return ratios.with_extremes(bad=style.MISSING), LogNorm(1.0 / most, most)
+    colours = colormaps["cividis"].with_extremes(bad=style.MISSING)
     if layout.whole(array) and high - low < _MOST_STEPS:
         return colours, BoundaryNorm(np.arange(low, high + 2.0) - 0.5, colours.N)
     return colours, Normalize(low, high if high > low else low + 1.0)
@@ -400,9 +380,9 @@ def _note_one_colour(ax: Axes, values: np.ndarray, classes: Sequence[tuple[str, 
     """Write in a panel of one colour why it looks empty."""
     known = values[np.isfinite(values)]
     if not known.size:
-        note_empty_panel(ax)
+        panels.note_empty_panel(ax)
     elif classes and (known == known[0]).all():
-        note_empty_panel(ax, f"{classes[int(known[0])][0]} throughout")
+        panels.note_empty_panel(ax, f"{classes[int(known[0])][0]} throughout")
 
 
 def _hatch(
@@ -417,7 +397,7 @@ def _hatch(
     area = ax.contourf(*place, [0.5, 1.5], colors="none", hatches=[_HATCH])
     area.set(edgecolor=_HATCHES, linewidth=0.0)
     ax.contour(*place, [0.5], colors=_HATCHES, linewidths=0.5)
-    return [legend_patch(text, facecolor="white", edgecolor=_HATCHES, hatch=_HATCH, lw=0.5)]
+    return [panels.legend_patch(text, facecolor="white", edgecolor=_HATCHES, hatch=_HATCH, lw=0.5)]
 
 
 def _contour(ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray) -> list[Artist]:
@@ -425,8 +405,10 @@ def _contour(ax: Axes, panel: xr.Dataset, x: str, y: str, values: np.ndarray) ->
     values = np.where(np.abs(values - 1.0) < SAME, 1.0 + SAME, values)
     if not ((values < 1.0).any() and (values > 1.0).any()):
         return []
-    ax.contour(panel[x].values, panel[y].values, values, [1.0], colors=BLACK, linewidths=_CONTOUR)
-    return [legend_line("ratio = 1", color=BLACK, lw=_CONTOUR)]
+    ax.contour(
+        panel[x].values, panel[y].values, values, [1.0], colors=style.BLACK, linewidths=_CONTOUR
+    )
+    return [panels.legend_line("ratio = 1", color=style.BLACK, lw=_CONTOUR)]
 
 
 def best_places(values: np.ndarray, ratios: np.ndarray | None, best: str) -> np.ndarray:
@@ -441,20 +423,20 @@ def _best(
 ) -> list[Artist]:
     """Mark the best y of every x."""
     known = rows >= 0
-    style: dict[str, Any] = {
+    look: dict[str, Any] = {
         "ls": "",
         "marker": "o",
         "ms": 2.6 if rows.size <= 60 else 1.8,
         "mfc": "white",
-        "mec": BLACK,
+        "mec": style.BLACK,
         "mew": 0.4,
     }
-    ax.plot(panel[x].values[known], panel[y].values[rows[known]], **style)
-    name = VARIABLE_SYMBOLS.get(variable, variable.replace("_", " "))
+    ax.plot(panel[x].values[known], panel[y].values[rows[known]], **look)
+    name = style.VARIABLE_SYMBOLS.get(variable, variable.replace("_", " "))
     extreme = "least" if best == "min" else "greatest"
     place = (axis.replace("_", " ") for axis in (y, x))
     text = f"best {' at each '.join(place)} ({extreme} {name})"
-    return [legend_line(text, **style)]
+    return [panels.legend_line(text, **look)]
 
 
 def _colour_bar(figure: Figure, axes: list[Axes], mesh: QuadMesh, array: xr.DataArray) -> None:
@@ -469,7 +451,7 @@ def _colour_bar(figure: Figure, axes: list[Axes], mesh: QuadMesh, array: xr.Data
     bar = figure.colorbar(mesh, ax=axes, aspect=30, pad=0.02, extend=extend)
     bar.set_label(layout.variable_label(array, figure.get_figheight() - 1.4))
     bar.outline.set_linewidth(0.6)
-    if array.name in RATIOS:
+    if array.name in style.RATIOS:
         ticks = _ratio_ticks(first, last)
         bar.set_ticks(ticks, labels=[f"{tick:g}" for tick in ticks])
         if first < last:  # the colours that occur
@@ -492,13 +474,13 @@ def _ratio_ticks(low: float, high: float) -> list[float]:
 
 def _classes(array: xr.DataArray, classes: Sequence[tuple[str, str]]) -> list[Artist]:
     """Legend entries of the classes that occur, and of points without a value."""
-    values, rim = layout.numbers(array), {"edgecolor": BLACK, "lw": 0.4}
+    values, rim = layout.numbers(array), {"edgecolor": style.BLACK, "lw": 0.4}
     handles = [
-        legend_patch(text, facecolor=colour, **rim)
+        panels.legend_patch(text, facecolor=colour, **rim)
         for index, (text, colour) in enumerate(classes)
         if (values == index).any()
     ]
     if np.isnan(values).any():
-        text = "no value" if array.name in RATIOS else "run stopped"
-        handles.append(legend_patch(text, facecolor=MISSING, **rim))
+        text = "no value" if array.name in style.RATIOS else "run stopped"
+        handles.append(panels.legend_patch(text, facecolor=style.MISSING, **rim))
     return handles

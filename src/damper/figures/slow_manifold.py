@@ -10,16 +10,8 @@ from pydantic import Field
 
 from damper.analysis.amplitudes import TRAJECTORY_VARIABLES, amplitudes
 from damper.analysis.closed_forms import damper_at
+from damper.figures.common import panels
 from damper.figures.common.layout import select
-from damper.figures.common.panels import (
-    finish,
-    label_outer,
-    legend_line,
-    note_empty_panel,
-    parts,
-    title,
-    wrapped_panels,
-)
 from damper.figures.common.style import BLACK, BLUE, ORANGE
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.study.fields import Text
@@ -65,16 +57,16 @@ def draw(results: Mapping[str, Any], settings: SlowManifold) -> Figure:
     """Draw the amplitude of the free mass against that of the primary, cycle by cycle."""
     keep = settings.panels, "instant"
     place = select(results["cube"], TRAJECTORY_VARIABLES, settings.at, keep)
-    shown = parts(place, settings.panels)
-    figure, axes = wrapped_panels(len(shown), {1: 2.2, 2: 2.2, 3: 2.2}, rest=1.2)
+    shown = panels.parts(place, settings.panels)
+    figure, axes = panels.wrapped_panels(len(shown), {1: 2.2, 2: 2.2, 3: 2.2}, rest=1.2)
     drawn: set[bool] = set()
     for ax, (text, panel) in zip(axes, shown, strict=True):
         drawn |= _panel(ax, panel)
-        title(ax, text)
+        panels.title(ax, text)
     primary, free = "amplitude of the primary", "peak of the free mass"
     over = "\nover the clearance"
-    label_outer(axes, f"{primary}{over} $\\xi$", f"{free}{over} $\\theta$")
-    return finish(figure, place, settings.caption, _handles(drawn))
+    panels.label_outer(axes, f"{primary}{over} $\\xi$", f"{free}{over} $\\theta$")
+    return panels.finish(figure, place, settings.caption, _handles(drawn))
 
 
 def _panel(ax: Axes, panel: xr.Dataset) -> set[bool]:
@@ -87,7 +79,7 @@ def _panel(ax: Axes, panel: xr.Dataset) -> set[bool]:
             ax.plot(cycles.xi[part], cycles.theta[part], **style)
             kinds.add(two)
     if not kinds:
-        note_empty_panel(ax, "no impacts on the right wall")
+        panels.note_empty_panel(ax, "no impacts on the right wall")
     damper, _ = damper_at(panel)
     need_basic(damper)
     restitution = damper.restitution
@@ -110,9 +102,9 @@ def _panel(ax: Axes, panel: xr.Dataset) -> set[bool]:
 def _handles(drawn: set[bool]) -> list[Artist]:
     cycles = [two for two in (True, False) if two in drawn]
     return [
-        *(legend_line(_MEANINGS[two], **_CYCLES[two] | {"ms": 6.0}) for two in cycles),
-        legend_line("slow invariant manifold, stable", **_STABLE),
-        legend_line("the same, unstable", **_UNSTABLE),
-        legend_line("fold: least amplitude", **_FOLD),
-        legend_line("end of the symmetric motion", **_LIMIT),
+        *(panels.legend_line(_MEANINGS[two], **_CYCLES[two] | {"ms": 6.0}) for two in cycles),
+        panels.legend_line("slow invariant manifold, stable", **_STABLE),
+        panels.legend_line("the same, unstable", **_UNSTABLE),
+        panels.legend_line("fold: least amplitude", **_FOLD),
+        panels.legend_line("end of the symmetric motion", **_LIMIT),
     ]

@@ -11,20 +11,9 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis.stretches import forcing_frequency, half_gap, rows_between, sticking
+from damper.figures.common import style
 from damper.figures.common.layout import select
 from damper.figures.common.panels import finish, legend_line, legend_patch, panel_grid, parts, title
-from damper.figures.common.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    SKY,
-    STUCK,
-    SYMBOLS,
-    VERMILION,
-    label,
-)
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.study.messages import Mistakes
@@ -46,11 +35,11 @@ _DRIVE_HEIGHT = 0.95
 _FORCE: dict[str, Any] = {"color": "#555555", "lw": 0.7}
 #: Points up to which lines stay vectors.
 _MOST_POINTS = 20_000
-_PRIMARY: dict[str, Any] = {"color": BLACK, "lw": 0.9}
-_WITHOUT: dict[str, Any] = {"color": BLUE, "lw": 0.9, "ls": "--"}
-_FREE: dict[str, Any] = {"color": VERMILION, "lw": 0.9, "ls": "-"}
+_PRIMARY: dict[str, Any] = {"color": style.BLACK, "lw": 0.9}
+_WITHOUT: dict[str, Any] = {"color": style.BLUE, "lw": 0.9, "ls": "--"}
+_FREE: dict[str, Any] = {"color": style.VERMILION, "lw": 0.9, "ls": "-"}
 #: Of several free masses in turn.
-_COLOURS = (VERMILION, BLUE, GREEN, PURPLE, SKY, ORANGE)
+_COLOURS = (style.VERMILION, style.BLUE, style.GREEN, style.PURPLE, style.SKY, style.ORANGE)
 #: Heights of a panel of displacements, and of all that is not one, in inches.
 _PANEL, _REST = 1.4, 2.5
 _WALL: dict[str, Any] = {"color": "#777777", "lw": 0.5}
@@ -135,10 +124,10 @@ def draw(results: Mapping[str, Any], settings: TrajectoryFigure) -> Figure:
         # Of several masses the panels are low.
         words = "" if text else "displacement"
         units = units_of(run.trajectory_displacement.attrs)
-        ax.set_ylabel(label(words, f"{primary}, {mass}", units))
+        ax.set_ylabel(style.label(words, f"{primary}, {mass}", units))
         stuck |= _shade_sticking(ax, time, run)
     symbols = r"$\dot x$, $\dot y$" if axis is None else r"$\dot x$, $\dot y_k$"
-    below.set_ylabel(label("velocity", symbols, units_of(piece.trajectory_velocity.attrs)))
+    below.set_ylabel(style.label("velocity", symbols, units_of(piece.trajectory_velocity.attrs)))
     if axis is None:
         _shade_sticking(below, time, piece)
     below.set_xlim(start * unit, time[-1] if stop is None else min(stop * unit, time[-1]))
@@ -188,8 +177,8 @@ def _of(run: xr.Dataset) -> str:
 def time_label(place: xr.Dataset) -> str:
     """Label of an axis of this time."""
     if _of(place):
-        return label("time", "$t - t_0$", units_of(place.trajectory_time.attrs))
-    frequency = SYMBOLS[forcing_frequency(place)]
+        return style.label("time", "$t - t_0$", units_of(place.trajectory_time.attrs))
+    frequency = style.SYMBOLS[forcing_frequency(place)]
     return f"time $(t - t_0)/T$ (cycle $T$ = $2\\pi$/{frequency})"
 
 
@@ -223,7 +212,7 @@ def draw_drive(ax: Axes, time: np.ndarray, piece: xr.Dataset) -> None:
     ax.axhline(0.0, **_WALL)
     ax.plot(time, -drive.values if of_base else drive.values, **_FORCE)
     title(ax, "acceleration of the base" if of_base else "force over the primary's mass", pad=3.0)
-    ax.set_ylabel(label("", r"$\ddot z$" if of_base else "$F/M$", units_of(drive.attrs)))
+    ax.set_ylabel(style.label("", r"$\ddot z$" if of_base else "$F/M$", units_of(drive.attrs)))
 
 
 def _walls(ax: Axes, time: np.ndarray, piece: xr.Dataset, raster: Mapping[str, Any]) -> None:
@@ -237,7 +226,7 @@ def _shade_sticking(ax: Axes, time: np.ndarray, piece: xr.Dataset) -> bool:
     """Shade where the masses stick; return whether they do."""
     stretches = sticking(time, piece.trajectory_mode.values)
     for first, last in stretches:
-        ax.axvspan(first, last, zorder=0.7, **STUCK)
+        ax.axvspan(first, last, zorder=0.7, **style.STUCK)
     return bool(stretches)
 
 
@@ -246,5 +235,5 @@ def _handles(free: Mapping[str, Mapping[str, Any]], stuck: bool) -> list[Artist]
         legend_line("primary $x$", **_PRIMARY),
         *(legend_line(text, **line) for text, line in free.items()),
         legend_patch("between the walls", facecolor="#E8E8E8", edgecolor="#777777", lw=0.5),
-        *([legend_patch("sticking", **STUCK)] if stuck else []),
+        *([legend_patch("sticking", **style.STUCK)] if stuck else []),
     ]

@@ -17,12 +17,7 @@ from damper.parameters import Parameters
 from damper.sizing.machine import Machine
 from damper.sweep.grid import product
 from damper.sweep.runs import run_points
-from damper.theory.free_decay import (
-    amplitude_range,
-    decay_time,
-    largest_at_resonance,
-    least_at_resonance,
-)
+from damper.theory import free_decay
 from damper.theory.slow_manifold import fold
 
 #: Frequencies in the band, at least and at most, and on each side of it.
@@ -78,7 +73,7 @@ class Judge:
         """Least amplitude in m that the resonance law allows, of the largest mass."""
         m = self.machine
         heaviest = Sizes(m.largest_mass, 0.0, min(m.restitutions))
-        return m.static * least_at_resonance(self._dimensionless(heaviest)).amplitude
+        return m.static * free_decay.least_at_resonance(self._dimensionless(heaviest)).amplitude
 
     def law_gap(self, mass: float, restitution: float) -> float:
         """The gap in m that the closed laws give a free mass, however large."""
@@ -88,7 +83,7 @@ class Judge:
         if m.is_recorded:  # that of a resonance which moves the machine as far
             return math.pi * self.alone * (1 + restitution) / (1 - restitution)
         damper = Sizes(mass, 0.0, restitution)
-        return 2.0 * m.static * least_at_resonance(self._dimensionless(damper)).clearance
+        return 2.0 * m.static * free_decay.least_at_resonance(self._dimensionless(damper)).clearance
 
     @cached_property
     def alone(self) -> float:
@@ -115,11 +110,11 @@ class Judge:
             return {}
         size = m.counted(m.static, m.rate / math.tau)
         clearance = 0.5 * damper.gap / m.static
-        least, best = least_at_resonance(self._dimensionless(damper))
+        least, best = free_decay.least_at_resonance(self._dimensionless(damper))
         if clearance > 1.01 * best:
             return {}
         p = self._dimensionless(damper, clearance=min(clearance, best))
-        largest = largest_at_resonance(p)
+        largest = free_decay.largest_at_resonance(p)
         least = least if clearance > 0.99 * best else largest
         return {"value": size * least, "largest": size * largest}
 
@@ -133,9 +128,9 @@ class Judge:
         """Time in s by the law of free decay; infinite where the motion ends before."""
         m, start = self.machine, self.machine.initial_displacement
         p = self._dimensionless(damper, clearance=0.5 * damper.gap, force_amplitude=0.0)
-        low, _ = amplitude_range(p)
+        low, _ = free_decay.amplitude_range(p)
         end = m.decay_to * start * (1.0 + 1e-9)
-        return decay_time(p, start, end) / m.rate if low <= end else math.inf
+        return free_decay.decay_time(p, start, end) / m.rate if low <= end else math.inf
 
     @property
     def band(self) -> list[float]:

@@ -15,21 +15,17 @@ import numpy as np
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.segment import IMPACT, RELEASE, STICK
+from damper.verification.comparison import solution
 from damper.verification.comparison.scene import Scene
-from damper.verification.comparison.solution import (
-    CAPPED,
-    FAILED,
-    FINISHED,
-    OUTCOMES,
-    STALLED,
-    Solution,
-)
 from damper.verification.comparison.solvers import Solver
 
 #: Outcomes as numbers, for compiled code: places in `OUTCOMES`.
-DONE, STALL, CAP, FAILURE = (OUTCOMES.index(k) for k in (FINISHED, STALLED, CAPPED, FAILED))
+DONE, STALL, CAP, FAILURE = (
+    solution.OUTCOMES.index(k)
+    for k in (solution.FINISHED, solution.STALLED, solution.CAPPED, solution.FAILED)
+)
 #: There are more events than rows for them.
-FULL = len(OUTCOMES)
+FULL = len(solution.OUTCOMES)
 
 #: A displacement this many times what the force could have made of the start has blown up.
 _BLOWN_UP = 1e6
@@ -201,7 +197,7 @@ def fixed_step(
     `method_of` takes the damper, the length of a step and the end of the run.
     """
 
-    def solve(scene: Scene, setting: float, max_evaluations: int) -> Solution:
+    def solve(scene: Scene, setting: float, max_evaluations: int) -> solution.Solution:
         p, s = scene.parameters, scene.state
         damper = Damper(
             p.mass_ratio, p.damping_ratio, p.frequency_ratio, p.clearance, p.restitution, p.phase
@@ -221,7 +217,7 @@ def fixed_step(
             rows *= 16
         notes = notes[: counts.events]
         impacts = notes[notes[:, _KIND] == IMPACT]
-        return Solution(
+        return solution.Solution(
             impact_times=impacts[:, _WHEN].copy(),
             impact_sides=impacts[:, _WALL].copy(),
             approach_speeds=impacts[:, _SPEED].copy(),
@@ -230,7 +226,7 @@ def fixed_step(
             end_state=np.array(end) if code == DONE else np.full(4, math.nan),
             penetration=float(counts.penetration),
             evaluations=int(counts.evaluations),
-            outcome=OUTCOMES[code],
+            outcome=solution.OUTCOMES[code],
             reached=float(reached),
         )
 

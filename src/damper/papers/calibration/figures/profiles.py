@@ -9,20 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from damper.figures.common import style
 from damper.figures.common.layout import geometric, place_label, place_text, wrap
 from damper.figures.common.panels import finish, legend_line, panel_grid, title
-from damper.figures.common.style import (
-    BLACK,
-    BLUE,
-    COLUMN,
-    GREEN,
-    ORANGE,
-    PAGE,
-    PURPLE,
-    SKY,
-    SYMBOLS,
-    VERMILION,
-)
 from damper.papers.calibration.ranking import HOLDS, JOINED, Ranking, rank
 from damper.papers.calibration.settings import Scores
 from damper.parameters.lazy import Artist, Axes, Figure, xr
@@ -36,7 +25,7 @@ _TITLE = 13.0
 _MOST_MARKED = 30
 #: An axis over more than this ratio is logarithmic, whatever its spacing.
 _WIDE = 20.0
-_COLOURS = (ORANGE, SKY, GREEN, PURPLE, BLUE, VERMILION)
+_COLOURS = (style.ORANGE, style.SKY, style.GREEN, style.PURPLE, style.BLUE, style.VERMILION)
 _DASHES = ("--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 2)), (0, (6, 3)))
 _WORDS: dict[tuple[str, Any], str] = {
     ("phase", 0.0): "sine force",
@@ -67,20 +56,22 @@ def draw(results: Mapping[str, Any], settings: Profiles) -> Figure:
     cube = results["cube"]
     found = rank(cube, settings.statements, settings.others(results))
     joined = found.scores[JOINED]
-    along = [str(dim) for dim in joined.dims if joined.sizes[dim] >= _CURVE and dim in SYMBOLS]
+    along = [
+        str(dim) for dim in joined.dims if joined.sizes[dim] >= _CURVE and dim in style.SYMBOLS
+    ]
     split = [str(dim) for dim in joined.dims if dim not in along and joined.sizes[dim] > 1]
     rows = [
         dict(zip(split, values, strict=True))
         for values in product(*(joined[dim].values.tolist() for dim in split))
     ]
-    width = PAGE if len(along) > 2 else COLUMN
+    width = style.PAGE if len(along) > 2 else style.COLUMN
     shared: dict[str, Any] = {"width": width, "sharex": "col", "sharey": True}
     figure, axes = panel_grid(len(rows), len(along), height=1.15 + 1.25 * len(rows), **shared)
     lines = _lines(found)
     for row, line in zip(axes, rows, strict=True):
         for ax, axis in zip(row, along, strict=True):
-            for array, style in lines:
-                _curve(ax, array, axis, line, style)
+            for array, look in lines:
+                _curve(ax, array, axis, line, look)
             _dress(ax, cube, axis, line, settings.preset or {})
         words = [_WORDS.get(item) or place_text(cube, *item) for item in line.items()]
         title(row[0], wrap(words, _TITLE * width / len(along)))
@@ -96,26 +87,26 @@ def _lines(found: Ranking) -> list[tuple[xr.DataArray, dict[str, Any]]]:
     """Return what is drawn, statements first, and how."""
     drawn = []
     for index, (name, array) in enumerate(found.own.items()):
-        style: dict[str, Any] = {
+        look: dict[str, Any] = {
             "color": _COLOURS[index % len(_COLOURS)],
             "ls": _DASHES[index % len(_DASHES)],
             "lw": 1.1,
             "label": name.replace("_", " "),
         }
-        drawn.append((array, style))
-    style = {"color": BLACK, "ls": "-", "lw": 1.4, "label": "joined: geometric mean"}
-    return [*drawn, (found.scores[JOINED], style)]
+        drawn.append((array, look))
+    look = {"color": style.BLACK, "ls": "-", "lw": 1.4, "label": "joined: geometric mean"}
+    return [*drawn, (found.scores[JOINED], look)]
 
 
 def _curve(
-    ax: Axes, array: xr.DataArray, axis: str, line: Mapping[str, Any], style: Mapping[str, Any]
+    ax: Axes, array: xr.DataArray, axis: str, line: Mapping[str, Any], look: Mapping[str, Any]
 ) -> None:
     if axis not in array.dims:
         return
     array = array.sel({name: value for name, value in line.items() if name in array.dims})
     profile = array.max([dim for dim in array.dims if dim != axis]).sortby(axis)
     marked: dict[str, Any] = {"marker": "o", "ms": 1.8} if profile.size <= _MOST_MARKED else {}
-    ax.plot(profile[axis].values, profile.values, **style, **marked)
+    ax.plot(profile[axis].values, profile.values, **look, **marked)
 
 
 def _dress(
@@ -135,13 +126,13 @@ def _dress(
 
 
 _LIMIT: dict[str, Any] = {"color": "#777777", "lw": 0.6, "zorder": 1.0}
-_PRESET: dict[str, Any] = {"color": VERMILION, "lw": 0.8, "ls": "-", "zorder": 1.0}
+_PRESET: dict[str, Any] = {"color": style.VERMILION, "lw": 0.8, "ls": "-", "zorder": 1.0}
 
 
 def _legend(
     lines: Sequence[tuple[xr.DataArray, dict[str, Any]]], preset: Mapping[str, Any] | None
 ) -> list[Artist]:
-    handles = [legend_line(**style) for _, style in lines]
+    handles = [legend_line(**look) for _, look in lines]
     if preset:
         handles.append(legend_line("preset", **_PRESET))
     return [*handles, legend_line("holds from here on", **_LIMIT)]
