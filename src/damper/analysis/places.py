@@ -1,7 +1,4 @@
-"""Places of a cube along its axes, for what is computed at each of them.
-
-Kept light: studies are checked against what the papers state without NumPy.
-"""
+"""Places of a cube along its axes, for what is computed at each of them."""
 
 from __future__ import annotations
 
@@ -17,7 +14,7 @@ from damper.parameters.quantities import quantities_in, unknown_name
 from damper.sweep.grid import product
 
 #: Values of an axis, as they come.
-Values = TypeVar("Values", float, "np.ndarray", "xr.DataArray")
+Values = TypeVar("Values", float, np.ndarray, "xr.DataArray")
 #: Difference to an end of a band, as a part of it, that is rounding.
 _ROUNDING = 1e-9
 
@@ -117,8 +114,6 @@ def need_variables(cube: xr.Dataset, observer: str, *names: str, along: Sequence
 
 def need_known(array: xr.DataArray) -> None:
     """Raise ValueError where a variable is missing, because a run stopped early."""
-    import numpy as np
-
     for place in np.argwhere(np.isnan(array.values))[:1]:
         where = {dim: array[dim].values[k].item() for dim, k in zip(array.dims, place, strict=True)}
         raise ValueError(f"{array.name} is not known: the run at {where} stopped early")
@@ -126,8 +121,6 @@ def need_known(array: xr.DataArray) -> None:
 
 def need_numbers(values: Any, message: str) -> np.ndarray:
     """Return a sequence of numbers as an array; ValueError with the message for anything else."""
-    import numpy as np
-
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError):

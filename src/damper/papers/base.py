@@ -1,7 +1,4 @@
-"""What a statement of a paper is made of: words and numbers, a rule that judges it, scores.
-
-Statements are kept light, for studies are checked without NumPy: functions import it themselves.
-"""
+"""What a statement of a paper is made of: words and numbers, a rule that judges it, scores."""
 
 from __future__ import annotations
 

@@ -9,7 +9,13 @@ import math
 from collections.abc import Mapping
 from functools import partial
 
+import numpy as np
+
+from damper.analysis.bursts import burst_statistics, list_bursts
+from damper.analysis.completion import PREDICTED, completion_errors
+from damper.analysis.optimum import GOOD, NEAR, best_clearance, damping_shares
 from damper.analysis.places import within
+from damper.analysis.sections import section_points
 from damper.papers.base import (
     FAILS,
     HOLDS,
@@ -23,6 +29,7 @@ from damper.papers.base import (
     Values,
     Verdict,
 )
+from damper.papers.ranges import range_of
 from damper.parameters.lazy import pd, xr
 
 Cubes = Mapping[str, "xr.Dataset"]
@@ -46,9 +53,6 @@ _MANY = 0.2
 
 def _judge_a1(cubes: Cubes) -> Verdict:
     """The range of chatter, and how regular motions are above it."""
-    from damper.analysis.sections import section_points
-    from damper.papers.ranges import range_of
-
     cube = cubes["paper_a_clearance"].sortby("clearance")
     others = [dim for dim in cube.chatter.dims if dim != "clearance"]
     stacked = cube.stack(place=others) if others else cube.expand_dims("place", -1)
@@ -106,10 +110,6 @@ def _score_a1(cube: xr.Dataset, tolerances: Tolerances, contact: bool = False) -
 
 def _judge_a2(cubes: Cubes) -> Verdict:
     """What our diagram shows: the text names one, and no more."""
-    import numpy as np
-
-    from damper.analysis.sections import section_points
-
     cube = cubes["paper_a_frequency"].sortby("frequency_ratio")
     points = section_points(cube).values.reshape(-1, cube.sizes["frequency_ratio"])[0]
     changes = int((np.diff((points > 1).astype(int)) != 0).sum())
@@ -124,8 +124,6 @@ def _judge_a2(cubes: Cubes) -> Verdict:
 
 def _chatter(cubes: Cubes, frequency: float) -> pd.DataFrame:
     """Chatter bursts at one frequency ratio, in order."""
-    from damper.analysis.bursts import list_bursts
-
     cube = cubes["paper_a_histories"]
     line = cube.sel(frequency_ratio=frequency, method="nearest", tolerance=1e-9)
     found = list_bursts(line)
@@ -200,7 +198,6 @@ def _score_a4(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
 
 
 def _half_to_the(exponent: xr.DataArray) -> xr.DataArray:
-    import numpy as np
 
     return np.exp2(-exponent)  # type: ignore[return-value]
 
@@ -245,8 +242,6 @@ def _score_a5(cube: xr.Dataset, tolerances: Tolerances, late: bool = True) -> Sc
 
 def _judge_a6(cubes: Cubes) -> Verdict:
     """Completion time and point predicted from the first impact of each burst."""
-    from damper.analysis.completion import PREDICTED, completion_errors
-
     found = completion_errors(cubes["accumulation"], _ABOUT)
     rows: list[tuple[str, ...]] = [
         (
@@ -307,8 +302,6 @@ def _judge_a6(cubes: Cubes) -> Verdict:
 
 def _judge_a7(cubes: Cubes) -> Verdict:
     """How long it takes from rest to the first chatter, and to the first that completes."""
-    from damper.analysis.bursts import burst_statistics
-
     found = burst_statistics(cubes["paper_a_histories"]).set_index("frequency_ratio")
     rows = [["frequency ratio", "first chatter", "first complete chatter"]]
     first: list[float] = []
@@ -341,8 +334,6 @@ def _score_a7(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
 
 def _judge_a8(cubes: Cubes) -> Verdict:
     """How many of the runs with impacts chatter or stick, and how many of the well damped."""
-    from damper.analysis.optimum import GOOD, damping_shares
-
     shares = damping_shares(cubes["performance"])
     among_all, among_good = shares["lasting"], shares["lasting_well_damped"]
     if not (shares["well_damped"] and among_all > 0.0):
@@ -385,8 +376,6 @@ def _judge_a9(cubes: Cubes) -> Verdict:
 
 def _judge_a10(cubes: Cubes) -> Verdict:
     """Damped bands of low and of high restitution, and where two impacts per period damp well."""
-    from damper.analysis.optimum import GOOD, NEAR, best_clearance, damping_shares
-
     cube = cubes["performance"]
     several = [name for name in ("direction", "draw") if name in cube.dims]
     best = best_clearance(cube, worst=several)
@@ -416,8 +405,6 @@ def _judge_a10(cubes: Cubes) -> Verdict:
 
 def _judge_a11(cubes: Cubes) -> Verdict:
     """Elasticities of the duration of complete bursts, by least squares in logarithms."""
-    import numpy as np
-
     cube = cubes["burst_duration"]
     names = ("clearance", "frequency_ratio", "damping_ratio")
     complete = cube.burst_at_duration.where(cube.burst_at_complete == 1)

@@ -9,9 +9,12 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
+
+import numpy as np
 
 from damper.analysis.places import within
+from damper.analysis.sections import section_points
 from damper.papers.base import (
     FAILS,
     HOLDS,
@@ -24,14 +27,12 @@ from damper.papers.base import (
     Values,
     Verdict,
 )
+from damper.papers.ranges import Range, chatter_ranges, ends
 from damper.parameters.lazy import xr
 from damper.parameters.variables import CHATTER_IMPACTS
 
-if TYPE_CHECKING:
-    from damper.papers.ranges import Range
-
-    Cubes = Mapping[str, xr.Dataset]
-    Ranges = Mapping[tuple[float, float], Range]
+Cubes = Mapping[str, "xr.Dataset"]
+Ranges = Mapping[tuple[float, float], Range]
 
 #: The text's numbers: restitutions between which all chatter lies, and the mass ratios.
 CHATTER_FROM, CHATTER_UP_TO = 0.5, 0.9
@@ -54,8 +55,6 @@ class _Reading(NamedTuple):
 
 def _readings(cubes: Cubes) -> Iterator[_Reading]:
     """Complete chatter or any, above the resonance or below it."""
-    from damper.papers.ranges import chatter_ranges
-
     for least, kind in ((2, "complete"), (1, "any")):
         for name, side in ((ABOVE, "above"), (BELOW, "below")):
             words = f"{kind} chatter {side} resonance"
@@ -74,8 +73,6 @@ def _judge_b1(cubes: Cubes) -> Verdict:
     At a threshold c the fifth impact of a burst is visible from r = c^(1/4) on, as long as the wall
     hardly moves meanwhile: there the lower end is that of the definition of chatter.
     """
-    from damper.papers.ranges import chatter_ranges, ends
-
     cube = cubes[ABOVE]
     rows = [
         (
@@ -163,8 +160,6 @@ def _summed(measured: str, held: Sequence[str], rows: Sequence[Sequence[str]]) -
 
 def _judge_b5(cubes: Cubes) -> Verdict:
     """What our figures show: the text has lost what its own show."""
-    from damper.analysis.sections import section_points
-
     portraits, histories = cubes["paper_b_portraits"], cubes["paper_b_histories"]
     points = section_points(portraits)
     restitutions = points.restitution.values
@@ -187,8 +182,6 @@ def _judge_b5(cubes: Cubes) -> Verdict:
 
 def _judge_b6(cubes: Cubes) -> Verdict:
     """Where motions have more than one point on the section, over the restitution."""
-    from damper.analysis.sections import section_points
-
     edges = [CHATTER_FROM + k / 10.0 for k in range(6)]
     tenths = (f"{low:g} to {high:g}" for low, high in pairwise(edges))
     rows = [("reading", "first at restitution", f"up to {CHATTER_FROM:g}", *tenths)]
@@ -245,8 +238,6 @@ def _score_trend(cube: xr.Dataset, tolerances: Tolerances, axis: str) -> Scored:
     Of the steps between neighbouring values, at each value of the other axis, those that fall less
     those that rise, over all of them: 0 where there is no trend.
     """
-    import numpy as np
-
     chatters = _chatter_in_r(cube).sortby(axis)
     width = chatters.sum("restitution", skipna=False)
     before, after = (width.isel({axis: part}) for part in (slice(None, -1), slice(1, None)))

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from damper.analysis.runs import runs
+from damper.parameters.lazy import xr
 
 #: Runs of fewer grid points are chaotic edges, not ranges.
 _LEAST = 3

@@ -9,11 +9,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-import xarray as xr
-
 from damper.papers.base import UNTESTED, Statement, Verdict
 from damper.papers.statements import STATEMENTS
-from damper.parameters.lazy import pd
+from damper.parameters.lazy import pd, xr
 from damper.tables import Table
 
 
