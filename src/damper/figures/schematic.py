@@ -47,12 +47,7 @@ class Schematic(Product):
 
 def draw(results: Mapping[str, Any], settings: Schematic) -> Figure:
     """Draw the schematic of a mechanical model."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(layout="constrained")
-    ax = figure.subplots()
-    ax.set_aspect("equal")
-    ax.set_axis_off()
+    figure, ax = sheet()
     DRAWINGS[settings.drawing](ax)
     (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
     height = COLUMN * (top - bottom) / (right - left)
@@ -62,6 +57,17 @@ def draw(results: Mapping[str, Any], settings: Schematic) -> Figure:
         height += 0.15 * (len(lines) + 1)
     figure.set_size_inches(COLUMN, height)
     return figure
+
+
+def sheet() -> tuple[Figure, Axes]:
+    """Return a figure to draw on: nothing but what is drawn, and lengths alike either way."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(layout="constrained")
+    ax = figure.subplots()
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    return figure, ax
 
 
 def _impact_damper(ax: Axes) -> None:

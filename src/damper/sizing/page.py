@@ -12,7 +12,8 @@ import pandas as pd
 
 from damper.figures import schematic
 from damper.figures.common.layout import few_decades
-from damper.figures.common.style import BLACK, COLUMN, PAGE, VERMILION, save, style
+from damper.figures.common.panels import panel_grid
+from damper.figures.common.style import BLACK, COLUMN, VERMILION, save, style
 from damper.parameters.lazy import Figure
 from damper.sizing.answer import Design, text_of
 from damper.sizing.machine import RECORDS, Machine
@@ -139,17 +140,12 @@ def _drives(m: Machine) -> str:
 
 def sketch(design: Design) -> Figure:
     """Draw the machine and its damper with their dimensions."""
-    from matplotlib.figure import Figure
-
     m, given = design.machine, design.machine.primary
     kind, amplitude = m.force
     forced = kind == "unbalance" or m.force_record is not None
     drives = f"{amplitude:g} N" if kind == "harmonic" else "$F$" if forced else ""
     with style():
-        figure = Figure(layout="constrained")
-        ax = figure.subplots()
-        ax.set_aspect("equal")
-        ax.set_axis_off()
+        figure, ax = schematic.sheet()
         schematic.box(
             ax,
             text_of(m.mass, "kg"),
@@ -169,33 +165,24 @@ def sketch(design: Design) -> Figure:
 
 def response(design: Design) -> Figure:
     """Draw the response with and without the damper, or the decay of free motion."""
-    from matplotlib.figure import Figure
-
     table, m = design.response, design.machine
     assert table is not None
     with style():
-        if m.is_free:
-            figure = Figure(figsize=(PAGE, 2.6), layout="constrained")
-            ax = figure.subplots()
-            for name, look in (("without", _WITHOUT), ("as_built", _BUILT)):
-                ax.plot(table.time, 1e3 * table[name], **look)
-            ax.axhline(1e3 * m.decay_to * table.as_built.iloc[0], color=BLACK, lw=0.5, ls=":")
-            ax.set(xlabel="time / s", ylabel="peaks of the displacement / mm", yscale="log")
-            few_decades(ax)
-            ax.legend(frameon=False)
-            return figure
         if m.band is None:
-            figure = Figure(figsize=(PAGE, 2.6), layout="constrained")
-            ax = figure.subplots()
+            figure, ((ax,),) = panel_grid(1, height=2.6)
             for name, look in (("without", _WITHOUT), ("as_built", _BUILT)):
-                ax.plot(table.time, 1e3 * table[name], **(look | {"lw": 0.9}))
-            from_base = " from the base" if m.acceleration_record is not None else ""
-            ax.set(xlabel="time / s", ylabel=f"displacement{from_base} / mm")
-            ax.set_xlim(table.time.min(), table.time.max())
+                ax.plot(table.time, 1e3 * table[name], **look | ({} if m.is_free else {"lw": 0.9}))
+            if m.is_free:
+                ax.axhline(1e3 * m.decay_to * table.as_built.iloc[0], color=BLACK, lw=0.5, ls=":")
+                ax.set(xlabel="time / s", ylabel="peaks of the displacement / mm", yscale="log")
+                few_decades(ax)
+            else:
+                from_base = " from the base" if m.acceleration_record is not None else ""
+                ax.set(xlabel="time / s", ylabel=f"displacement{from_base} / mm")
+                ax.set_xlim(table.time.min(), table.time.max())
             ax.legend(frameon=False)
             return figure
-        figure = Figure(figsize=(PAGE, 4.2), layout="constrained")
-        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+        figure, ((upper,), (lower,)) = panel_grid(2, height=4.2, height_ratios=(2, 1))
         for ax in (upper, lower):
             ax.axvspan(*m.band, color="#EAF1F6", lw=0.0)
         size, unit = (1e3, "mm") if m.measured[1] == "m" else (1.0, m.measured[1])
