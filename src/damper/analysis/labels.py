@@ -31,7 +31,7 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def short(value: float) -> str:
+def short(value: float, missing: str = "–") -> str:
     """Two digits, without a power of ten from 0.01 to 100000; a dash for no value.
 
     Examples
@@ -40,7 +40,7 @@ def short(value: float) -> str:
     ('12000', '0.012', '1.3e-7', '1e6')
     """
     if math.isnan(value):
-        return "–"
+        return missing
     if 1e-2 <= abs(value) < 1e5:
         return f"{float(f'{value:.2g}'):g}"
     power = f"{value:.1e}".replace(".0e", "e").replace("e-0", "e-").replace("e+", "e")

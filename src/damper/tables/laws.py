@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from damper.analysis.labels import label_of, short
 from damper.analysis.laws import GRADED, Row, excesses, records_of, regimes
 from damper.observers.common.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT
@@ -72,7 +70,7 @@ def _laws(cube: xr.Dataset) -> pd.DataFrame:
             "broken": (far > 1.0).sum(),
         }
     ).astype(str)
-    worst = [_number(float(cube[name].max())) for name in LAW_NAMES]
+    worst = [short(float(cube[name].max()), "none") for name in LAW_NAMES]
     limit = [limits.get(name, f"{LIMIT:g}") for name in LAW_NAMES]
     table = counts.assign(worst=worst, limit=limit).rename(index=label_of)
     return table.rename_axis("law").reset_index()
@@ -85,9 +83,5 @@ def _regime(row: Row) -> dict[str, str]:
         "runs": str(row.runs),
         "stopped": str(row.stopped),
         "broken": str(row.broken),
-        **{label_of(law): _number(row.worst[law]) for law in GRADED},
+        **{label_of(law): short(float(row.worst[law]), "none") for law in GRADED},
     }
-
-
-def _number(value: float | np.floating) -> str:
-    return short(float(value)).replace("–", "none")

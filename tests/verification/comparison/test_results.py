@@ -21,7 +21,7 @@ from damper.verification import timing
 from damper.verification.comparison import cube as comparison_cube
 from damper.verification.comparison import runs, timings
 from damper.verification.comparison.best import best_error, relative_to_base, time_to_reach
-from damper.verification.comparison.cube import gather, gather_timings, order_at
+from damper.verification.comparison.cube import TIMES, dataset, gather, order_at
 from damper.verification.comparison.errors import OUTCOMES
 from damper.verification.comparison.figures import solver_summary, work_precision
 from damper.verification.comparison.marks import SOLVER_MARKS
@@ -108,7 +108,7 @@ def cubes():
         arrays |= {"call_time": np.where(here, 2e-5, np.nan), "stretch_time": times}
         arrays["stretch_impacts"] = np.where(here, 3.0, np.nan)
         about |= {"processor": "A processor", "cores": "2", "numpy": "9.9"}
-        yield errors, gather_timings(arrays, SETTINGS, TITLES, about)
+        yield errors, dataset(arrays, TIMES, SETTINGS, TITLES, about)
 
 
 @pytest.fixture
@@ -215,7 +215,7 @@ def clock(monkeypatch):
 def test_median_and_quartiles_without_the_first_run(clock):
     clock.use(rk45=iter([99.0, 1.0, 5.0, 2.0, 4.0, 3.0]))
     found = time_solvers(SCENES, {"rk45": [0.5]}, 5, 2.0, math.inf)
-    quartiles = [found[name][0, 0, 0] for name in timings.TIMES]
+    quartiles = [found[name][0, 0, 0] for name in timings.QUARTILES]
     assert quartiles == [2.0, 3.0, 4.0]
     assert math.isnan(found["call_time"][0, 0, 0])  # neither the engine nor its peer
 

@@ -43,7 +43,8 @@ _OUTCOME = Variable(
     "the solver has no such level",
     flags=OUTCOMES,
 )
-_TIMES = (
+#: What `damper.verification.comparison.timings.time_solvers` finds.
+TIMES = (
     Variable("run_time", "run time, median of the repetitions", "s"),
     Variable("run_time_low", "run time, lower quartile", "s"),
     Variable("run_time_high", "run time, upper quartile", "s"),
@@ -70,7 +71,7 @@ def gather(
 
     names = [variable.name for variable in (*_FOUND, _OUTCOME)]
     arrays = {name: np.stack([part.arrays[name] for part in parts]) for name in names}
-    cube = _dataset(arrays, _FOUND, solvers, titles, attributes)
+    cube = dataset(arrays, _FOUND, solvers, titles, attributes)
     cube["outcome"] = described(_OUTCOME, arrays["outcome"], _DIMS, missing=True)
     for name in ERRORS:
         orders = [
@@ -80,19 +81,6 @@ def gather(
         about = Variable(f"order_{name}", f"observed order: {cube[name].long_name}", "1")
         cube[about.name] = described(about, np.array(orders, dtype=float), _DIMS[:2])
     return cube
-
-
-def gather_timings(
-    arrays: Mapping[str, np.ndarray],
-    solvers: Mapping[str, Sequence[float]],
-    titles: Mapping[str, str],
-    attributes: Mapping[str, Any],
-) -> xr.Dataset:
-    """Put run times from `time_solvers` into a cube over ``scene``, ``solver``, ``level``.
-
-    The attributes name the machine too; the rest is as for `gather`.
-    """
-    return _dataset(arrays, _TIMES, solvers, titles, attributes)
 
 
 def order_at(place: xr.Dataset, name: str) -> float:
@@ -112,7 +100,7 @@ def order_at(place: xr.Dataset, name: str) -> float:
     return -float(place.finer) * median(slopes)
 
 
-def _dataset(
+def dataset(
     arrays: Mapping[str, np.ndarray],
     variables: Iterable[Variable],
     settings: Mapping[str, Sequence[float]],
@@ -120,7 +108,6 @@ def _dataset(
     attributes: Mapping[str, Any],
 ) -> xr.Dataset:
     """Arrays over scene, solver and level, or the first of these, as a dataset."""
-
     from damper.sweep.cube import described
 
     names = in_order(settings)

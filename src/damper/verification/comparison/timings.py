@@ -16,14 +16,14 @@ import numpy as np
 from damper.engine.compiled import compile_at_once
 from damper.parameters.lazy import xr
 from damper.verification.comparison.best import LONGER, PEERS
-from damper.verification.comparison.cube import gather_timings
+from damper.verification.comparison.cube import TIMES, dataset
 from damper.verification.comparison.scene import Scene, read_scene
 from damper.verification.comparison.solution import FINISHED, Solution
 from damper.verification.comparison.solvers import in_order, load
 from damper.verification.timing import machine, take_turns
 
 #: Lower quartile, median and upper quartile.
-TIMES = ("run_time_low", "run_time", "run_time_high")
+QUARTILES = ("run_time_low", "run_time", "run_time_high")
 #: Length of a run that ends at once, in that of the scene.
 _AT_ONCE = 1e-6
 
@@ -41,7 +41,7 @@ def measure(
     """
     read = {name: read_scene(**scene) for name, scene in scenes.items()}
     arrays = time_solvers(read, solvers, **times)
-    return gather_timings(arrays, solvers, titles, {**attributes, **machine()})
+    return dataset(arrays, TIMES, solvers, titles, {**attributes, **machine()})
 
 
 def time_solvers(
@@ -62,8 +62,7 @@ def time_solvers(
     """
     names = in_order(settings)
     shape = len(scenes), len(names), max(map(len, settings.values()))
-    found = (*TIMES, "call_time", "stretch_time", "stretch_impacts")
-    arrays = {name: np.full(shape, nan) for name in found}
+    arrays = {variable.name: np.full(shape, nan) for variable in TIMES}
     places = [(row, level) for row, n in enumerate(names) for level in range(len(settings[n]))]
     compile_at_once()
     for number, scene in enumerate(scenes.values()):
@@ -79,7 +78,7 @@ def time_solvers(
         samples = take_turns([*runs, *short, *long], repeats, spend)
         quartiles = np.nanquantile(samples, (0.25, 0.5, 0.75), axis=0)
         for place, values in zip(places, quartiles.T, strict=False):
-            for name, value in zip(TIMES, values, strict=True):
+            for name, value in zip(QUARTILES, values, strict=True):
                 arrays[name][number, *place] = value
         calls, stretches = np.split(quartiles[1, len(runs) :], 2)
         for k, call, stretch, run in zip(peers, calls, stretches, long, strict=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,8 @@ from damper.verification.metamorphic.verdicts import (
     SOUND,
 )
 
-_RATIOS = {"median ratio": 0.5, "99 % ratio": 0.99, "worst ratio": 1.0}
+_PARTS = {"median": 0.5, "99 %": 0.99, "worst": 1.0}
+_RATIOS = {f"{name} ratio": part for name, part in _PARTS.items()}
 _JUDGED = {f"backward_{name}": f"{words} [2^-52]" for name, words in CHECKS.items()} | {
     "laws_excess": "worst law, over its limit"
 }
@@ -46,7 +48,9 @@ def make(results: Mapping[str, Any], settings: MetamorphicTable) -> Table:
     data.insert(0, "runs", count)
     ratios = pd.DataFrame({name: cube[f"{name}_ratio"].values for name in RELATIONS})
     data = data.assign(**{words: ratios.quantile(part) for words, part in _RATIOS.items()})
-    cells = data.assign(**{words: data[words].map(_number) for words in _RATIOS})
+    cells = data.assign(
+        **{words: data[words].map(partial(short, missing="none")) for words in _RATIOS}
+    )
     same = int(verdicts.isin((PASSED, NOT_APPLICABLE)).all(axis=1).sum())
     refused = int(cube.growth.isnull().sum())
     return Table(
@@ -92,10 +96,11 @@ def failures(cube: xr.Dataset) -> list[int]:
 def _judgement(cube: xr.Dataset, name: str) -> dict[str, str]:
     values = cube[name].values
     known = values[~np.isnan(values)]
+    found = {"of each step": _JUDGED[name]}
     if not known.size:
-        return {"of each step": _JUDGED[name], "median": "none", "99 %": "none", "worst": "none"}
-    median, high, worst = (_number(float(v)) for v in np.quantile(known, (0.5, 0.99, 1.0)))
-    found = {"of each step": _JUDGED[name], "median": median, "99 %": high, "worst": worst}
+        return found | dict.fromkeys(_PARTS, "none")
+    parts = np.quantile(known, list(_PARTS.values())).tolist()
+    found |= dict(zip(_PARTS, map(short, parts), strict=True))
     run = int(np.nanargmax(values))
     return found | {"run": str(run), "its parameters": _parameters(cube, run)}
 
@@ -105,8 +110,8 @@ def _failure(cube: xr.Dataset, run: int) -> dict[str, str]:
     return {
         "run": str(run),
         "made again": ", ".join(failed),
-        "backward error [2^-52]": _number(float(cube.backward_error[run])),
-        "worst law": _number(float(cube.laws_excess[run])),
+        "backward error [2^-52]": short(float(cube.backward_error[run]), "none"),
+        "worst law": short(float(cube.laws_excess[run]), "none"),
         "its parameters": _parameters(cube, run),
     }
 
@@ -114,7 +119,3 @@ def _failure(cube: xr.Dataset, run: int) -> dict[str, str]:
 def _parameters(cube: xr.Dataset, run: int) -> str:
     """Quantities of a run that are not their defaults, in full digits."""
     return ", ".join(f"{label_of(n)} {value:.16g}" for n, value in point_of(cube, run).items())
-
-
-def _number(value: float) -> str:
-    return short(value).replace("–", "none")
