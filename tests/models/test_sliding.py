@@ -109,6 +109,14 @@ def test_comes_to_rest_off_the_wall(speed: float) -> None:
     assert plain(run.state_at)(*run.whole_periods(0.5)).v < 0.0
 
 
+def test_a_plastic_impact_that_friction_holds_is_one() -> None:
+    """The wall does not press: friction alone keeps the free mass there."""
+    p = Parameters(mass_ratio=1e-6, restitution=0.0, friction=2.0, **SWING)
+    start = State(1.0, 0.0, 2.0, 0.5)
+    cube = plain(simulate)(p, state=start, transient=0, periods=1, observers=["impacts", "bursts"])
+    assert (cube.impacts_per_period, cube.max_approach_speed) == (1.0, 0.5)
+
+
 def test_remaining_time_and_ratio_of_bounces() -> None:
     """Friction below what presses: speeds fall by q, in the time of the closed form."""
     a_f, r, w = 0.6, 0.7, 1e-3

@@ -409,6 +409,9 @@ def bounce_at(bounce: Bounce, duration: float, gap_rate: float, tau: float) -> t
 @declared.speeds_in_tail.of(Sliding)
 def _speeds_in_tail(model, segment):
     bounce = bounce_of(model, segment, _begin(model, segment))
+    # A free mass that an impact leaves at rest may be held by friction alone: none follows.
+    if bounce.shrinks == 0.0:
+        return 0.0, 0.0
     return segment.gap_rate * math.sqrt(bounce.back / bounce.out), bounce.shrinks
 
 
