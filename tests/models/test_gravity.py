@@ -177,6 +177,8 @@ def test_si() -> None:
     assert moved.dimensionless.gravity == pytest.approx(-9.81 / 0.003 / 100.0, rel=1e-15)
     free = SIParameters(2.0, 4.0, 200.0, 0.0, 11.0, 0.2, 0.02, 0.6, gravity=9.81)
     assert free.dimensionless.gravity == pytest.approx(9.81 / 0.01 / 100.0, rel=1e-15)
+    with pytest.raises(ValueError, match=r"^inclination = 30\.0 without gravity: nothing pulls"):
+        replace(p, gravity=0.0, inclination=30.0)
 
 
 @pytest.mark.parametrize("gamma", [0.0, 0.3, -2.0])

@@ -223,6 +223,9 @@ def test_state_errors() -> None:
             State(**{**values, name: value})
     with pytest.raises(TypeError, match=f"^{name} = '0': must be a real number$"):
         State(**{**values, name: "0"})
+    for unordered in ({0.1: 0}, {0.1}, b"0"):
+        with pytest.raises(TypeError, match=f"^{name} = .*: must be a real number$"):
+            State(**{**values, name: unordered})
 
 
 def test_parameters_load_no_numerics() -> None:

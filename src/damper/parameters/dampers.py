@@ -545,6 +545,12 @@ class SIParameters(Declared, shares=Parameters):
                     f"{name} = {value!r} without transverse_acceleration: nothing presses the free "
                     "mass on the box; give it in m/s2, 9.81 in a level box"
                 )
+        pulled = self.gravity or any(dict(m).get("gravity") for m in self.masses or ())
+        if self.inclination not in (0.0, 90.0) and not pulled:
+            raise ValueError(
+                f"inclination = {self.inclination!r} without gravity: nothing pulls the free mass "
+                "along the box; give it in m/s2, 9.81 on the earth"
+            )
         self.dimensionless  # noqa: B018 - raises unless the scaled values are allowed, too
 
     @classmethod

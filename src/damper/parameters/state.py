@@ -1,7 +1,7 @@
 """The state that a run starts from, and the quantities by which a study gives it."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -42,11 +42,8 @@ class State:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if (
-                field.name in ("y", "u")
-                and hasattr(value, "__len__")
-                and not isinstance(value, str)
-            ):
+            of_each = field.name in ("y", "u") and hasattr(value, "__len__")
+            if of_each and not isinstance(value, str | bytes | Mapping | Set):
                 names = (f"{field.name}[{k}]" for k in range(len(value)))
                 checked: Any = tuple(map(_finite, names, value))
             else:
