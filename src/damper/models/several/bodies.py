@@ -278,6 +278,14 @@ def _flight_of_driven(mass, start, view, segment):
     return Both(p, own, p.phase)
 
 
+@compiled
+def flight_of_body(model: Several, s: SeveralSegment, start: Start, k: int) -> tuple:
+    """The flight of one body: its segment, the damper that it is one of, what it follows from."""
+    seg = segment_of(s, start, k)
+    view = view_of(model, start, k, 0.0, seg.side, float(s.bodies[k, WAY]))
+    return seg, view, flight_of(view.mass, start, view, seg)
+
+
 @by_class
 def gap_after(
     own: Any, view: Rigid, segment: Segment, way: float, change: float, tau: float

@@ -45,13 +45,11 @@ from damper.models.several.bodies import (
     WAY,
     Friction,
     begin,
-    flight_of,
+    flight_of_body,
     friction_of,
     is_joined,
     mass_of,
     restitution_of,
-    segment_of,
-    view_of,
 )
 from damper.models.several.contacts import let_go, settle, slide_on
 from damper.models.several.log import segment_of_all
@@ -193,21 +191,19 @@ def _turn(friction, bodies):
 @next_event.of(Friction)
 def _next_event(friction, model, s, start, k, last, margin):
     b = s.bodies[k]
-    seg = segment_of(s, start, k)
-    if is_joined(seg.mode):
+    if is_joined(b[MODE]):
         hold = Hold(
-            ContactForce(start.osc, mass_of(model, k, 0.0), start.primary, seg.side),
+            ContactForce(start.osc, mass_of(model, k, 0.0), start.primary, float(b[SIDE])),
             friction_of(friction, k),
         )
         here = hold_at_start(hold)
-        width = 2.0 * hold.friction if seg.mode == RESTING else math.inf
+        width = 2.0 * hold.friction if b[MODE] == RESTING else math.inf
         if is_balanced(here, width):
             return NextEvent(last, 0.0, 1, False)
         lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
         root = first_root(hold, here, width, lifts_off, last, 0.0)
         return NextEvent(root.point.tau + root.step, root.side, root.steps, False)
-    view = view_of(model, start, k, 0.0, seg.side, float(b[WAY]))
-    own = flight_of(view.mass, start, view, seg)
+    seg, view, own = flight_of_body(model, s, start, k)
     steps, stops = 0, False
     if b[WAY] != 0.0:
         speed = Speed(gap_of(own, view, seg, -float(b[WAY]) * seg.side))

@@ -27,17 +27,14 @@ from damper.models.several.bodies import (
     RATIO,
     SIDE,
     SPEED,
-    WAY,
     Several,
     begin,
-    flight_of,
+    flight_of_body,
     friction_of,
     gap_after,
     is_joined,
     mass_of,
     restitution_of,
-    segment_of,
-    view_of,
 )
 from damper.models.several.motion import bodies_in, primary_after
 
@@ -59,9 +56,7 @@ def _unclipped(model, s, start, tau):
             found[k, _GAP], found[k, _RATE] = b[GAP], b[RATE]
             found[k, _SIZE] = abs(b[GAP]) + abs(b[RATE]) * tau
             continue
-        seg = segment_of(s, start, k)
-        view = view_of(model, start, k, 0.0, seg.side, float(b[WAY]))
-        own = flight_of(view.mass, start, view, seg)
+        seg, view, own = flight_of_body(model, s, start, k)
         gap, rate, roundoff = gap_after(own, view, seg, way, change, tau)
         # The bounces of a tail move the primary about the centre that it follows.
         found[k, _GAP] = gap + seg.side * (x - centre)

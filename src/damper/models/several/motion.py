@@ -18,17 +18,14 @@ from damper.models.several.bodies import (
     RATIO,
     SIDE,
     SPEED,
-    WAY,
     Several,
     SeveralSegment,
     Start,
     begin,
-    flight_of,
+    flight_of_body,
     gap_after,
     is_joined,
     restitution_of,
-    segment_of,
-    view_of,
 )
 from damper.models.several.pinch import is_pinched
 
@@ -62,9 +59,7 @@ def all_after(
         b[SPEED] = 0.0
         if is_joined(b[MODE]):
             continue
-        seg = segment_of(s, start, k)
-        view = view_of(model, start, k, 0.0, seg.side, float(b[WAY]))
-        own = flight_of(view.mass, start, view, seg)
+        seg, view, own = flight_of_body(model, s, start, k)
         gap, rate, roundoff = gap_after(own, view, seg, way, change, tau)
         width = 2.0 * view.clearance
         if arriving[k] == 0.0:

@@ -31,6 +31,7 @@ from damper.models.several.bodies import (
     Start,
     begin,
     flight_of,
+    flight_of_body,
     mass_of,
     primary_with,
     restitution_of,
@@ -70,10 +71,9 @@ def next_event(
 
 @next_event.of(NoFriction)
 def _next_event(friction, model, s, start, k, last, margin):
-    seg = segment_of(s, start, k)
-    view = view_of(model, start, k, 0.0, seg.side, 0.0)
-    if seg.mode == STICKING:
-        force = ContactForce(start.osc, view.mass, start.primary, seg.side)
+    b = s.bodies[k]
+    if b[MODE] == STICKING:
+        force = ContactForce(start.osc, mass_of(model, k, 0.0), start.primary, float(b[SIDE]))
         here = force_point(force, 0.0, 0.0, start.primary)
         if rests(here) or is_balanced(here, math.inf):
             # All hang at rest: what is left of a force that others' weights do not let vanish.
@@ -81,7 +81,8 @@ def _next_event(friction, model, s, start, k, last, margin):
         lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
         root = first_root(force, here, math.inf, lifts_off, last, 0.0)
     else:
-        g = gap_of(flight_of(view.mass, start, view, seg), view, seg, 1.0)
+        seg, view, own = flight_of_body(model, s, start, k)
+        g = gap_of(own, view, seg, 1.0)
         moving = WeightedSum(
             g.value - margin, g.slope, g.acceleration, g.longest, g.rate, g.coupling, g.terms
         )
