@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from cases import thinned
-from fixed_stop import OSCILLATOR, REST, beside_a_stop, one_impact
+from fixed_stop import OSCILLATOR, REST, ImpactOscillator, beside_a_stop, one_impact
 from scipy.optimize import brentq
 
 import damper
@@ -20,7 +20,6 @@ from damper.sweep.orbits.branch import Branch, SpecialPoint
 from damper.sweep.orbits.point_curve import PointCurve
 from damper.theory.small_mass import critical_restitution
 from damper.theory.two_impacts import largest_clearance, orbits
-from tests.reference.impact_oscillator import ImpactOscillator
 
 periodic_orbit = plain(damper.periodic_orbit)
 continue_orbit = plain(damper.continue_orbit)
