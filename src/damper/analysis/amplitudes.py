@@ -9,14 +9,6 @@ import numpy as np
 from damper.analysis.closed_forms import damper_at
 from damper.parameters.lazy import xr
 
-#: What a cube must have.
-TRAJECTORY_VARIABLES = (
-    "trajectory_time",
-    "trajectory_displacement",
-    "trajectory_velocity",
-    "trajectory_free_displacement",
-    "trajectory_event",
-)
 _IMPACT = 0
 
 

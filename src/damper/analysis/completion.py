@@ -28,6 +28,8 @@ _OF_IMPACTS = (
         for quantity in PREDICTED
     ),
 )
+#: All of the observer that errors are made of.
+VARIABLES = (*_OF_BURSTS, *_OF_IMPACTS)
 #: An error counts where it is this many times the uncertainty of the resolved value.
 SHARP = 100.0
 #: Largest estimated relative error for which the asymptotic law is looked at.

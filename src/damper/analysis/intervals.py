@@ -28,11 +28,8 @@ from damper.parameters.lazy import pd, xr
 from damper.parameters.quantity import in_range, real
 from damper.sweep.record import recorded
 
-#: Name -> what `chatter` must be.
-PREDICATES: dict[str, Callable[[int], bool]] = {
-    "complete": lambda chatter: chatter == 2,
-    "any": lambda chatter: chatter >= 1,
-}
+#: Name -> least `chatter` at which it holds.
+PREDICATES = {"complete": 2, "any": 1}
 
 SHIFTS = tuple(1e-13 * k for k in range(1, 11))
 """Parts of a value by which it is shifted to see whether an edge survives."""
@@ -114,16 +111,14 @@ def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
             grid = place.chatter
             if k:
                 grid = place.chatter_by_threshold.sel(threshold=threshold)
+            for predicate, least in PREDICATES.items():
 
-            def one_at(value: float, at: ChatterAt = chatter_at, k: int = k) -> int:
-                return int(at(value)[k])
+                def holds_at(
+                    value: float, at: ChatterAt = chatter_at, k: int = k, least: int = least
+                ) -> bool:
+                    return bool(at(value)[k] >= least)
 
-            for predicate, holds in PREDICATES.items():
-
-                def holds_at(value: float, one_at: Any = one_at, holds: Any = holds) -> bool:
-                    return holds(one_at(value))
-
-                for one in intervals(values, grid.values, holds, one_at, resolution):
+                for one in intervals(values, grid.values >= least, holds_at, resolution):
                     lasting = (
                         _survives(one.lower, one.below, holds_at),
                         _survives(one.upper, one.above, holds_at),
@@ -265,21 +260,15 @@ class ChatterAt:
 
 def intervals(
     values: Sequence[float],
-    chatter: Sequence[int],
-    holds: Callable[[int], bool],
-    chatter_at: Callable[[float], int],
+    inside: Sequence[bool] | np.ndarray,
+    holds_at: Callable[[float], bool],
     resolution: float,
 ) -> Iterator[Interval]:
-    """Find the intervals of a predicate on chatter over a rising grid, and bisect their edges.
+    """Find the intervals in which something holds over a rising grid, and bisect their edges.
 
-    `chatter_at` gives the chatter between grid values; `resolution` is the largest distance from an
-    edge to a value at which the predicate was seen to fail.
+    `inside` says where it holds on the grid, `holds_at` whether it does in between; `resolution` is
+    the largest distance from an edge to a value at which it was seen to fail.
     """
-
-    def holds_at(value: float) -> bool:
-        return holds(int(chatter_at(value)))
-
-    inside = [holds(int(value)) for value in chatter]
     for first, last in runs(inside):
         lower, upper = values[first], values[last]
         below = above = None

@@ -16,6 +16,14 @@ from damper.parameters.lazy import xr
 from damper.parameters.quantity import real
 from damper.parameters.variables import CHATTER_IMPACTS
 
+#: Variables of the observer `trajectory` that every run has.
+MOTION_VARIABLES = tuple(
+    f"trajectory_{name}"
+    for name in (
+        *("time", "start", "displacement", "velocity", "free_displacement", "free_velocity"),
+        *("event", "mode", "events_left_out"),
+    )
+)
 #: Variables of the observer `bursts`, with records, that `listed_bursts` reads.
 BURST_VARIABLES = (
     "burst_onset",

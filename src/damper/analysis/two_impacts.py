@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,14 +14,11 @@ from damper.parameters.quantity import in_range
 from damper.study.settings import SECTIONS
 from damper.sweep.record import observers_of
 
-if TYPE_CHECKING:
-    from damper.theory.two_impacts import Orbit
-
 #: Impacts per period are a quotient of whole numbers.
 _TWO = 1e-9
 #: Largest difference between the samples of a motion that has settled, in dimensionless units.
 SETTLED = 1e-9
-#: Kind of range -> least state (0 no such motion, 1 unstable ones only, 2 a stable one).
+#: Kind of range -> least state.
 RANGES = {"exists": 1, "stable": 2}
 #: Dimensions along which runs of one point lie.
 _BRANCHES = ("direction", "draw", "sample")
@@ -57,17 +52,14 @@ def two_impact_ranges(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
     found = []
     for where in _places(cube, along):
         place = cube.sel(where)
-
-        def state_at(value: float, place: xr.Dataset = place) -> int:
-            return _state(admissible_orbits(place, along, [value])[0][0])
-
-        states = [state_at(value) for value in grid]
+        states = [_state(place, along, value) for value in grid]
         for kind, least in RANGES.items():
 
-            def holds(state: int, least: int = least) -> bool:
-                return state >= least
+            def holds_at(value: float, place: xr.Dataset = place, least: int = least) -> bool:
+                return _state(place, along, value) >= least
 
-            for one in intervals(grid, states, holds, state_at, resolution):
+            inside = [state >= least for state in states]
+            for one in intervals(grid, inside, holds_at, resolution):
                 found.append((*where.values(), kind, one.lower, one.upper, one.cut))
     columns = ("range", f"{along}_lower", f"{along}_upper", "cut")
     return pd.DataFrame(found, columns=[*_others(cube, along), *columns])
@@ -140,7 +132,9 @@ def two_impact_errors(cube: xr.Dataset, along: str) -> pd.DataFrame:
     return pd.DataFrame(found, columns=[*_others(cube, along), *columns])
 
 
-def _state(both: Sequence[Orbit | None]) -> int:
+def _state(place: xr.Dataset, along: str, value: float) -> int:
+    """2 where a motion is stable, 1 where there are unstable ones alone, 0 where there is none."""
+    ((both, _),) = admissible_orbits(place, along, [value])
     known = [orbit for orbit in both if orbit is not None]
     return 2 if any(orbit.stable for orbit in known) else int(bool(known))
 

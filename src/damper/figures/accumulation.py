@@ -9,7 +9,8 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.completion import BURST, IMPACT, ORDERS, PREDICTED, SHARP, Errors, errors_of
+from damper.analysis import completion
+from damper.analysis.completion import ORDERS, PREDICTED, SHARP, Errors, errors_of
 from damper.figures.common import panels
 from damper.figures.common.layout import select
 from damper.figures.common.style import BLACK, BLUE, VERMILION, label
@@ -27,19 +28,6 @@ _ROUNDOFF: dict[str, Any] = {"color": "#E4E4E4", "lw": 0.0}
 _GUIDE: dict[str, Any] = {"color": BLACK, "lw": 0.8}
 #: Part of a panel's height that is added above the points for its legend.
 _HEADROOM = 0.25
-_VARIABLES = (
-    "rebound_speed",
-    "prediction_error_estimate",
-    *(
-        name
-        for quantity in PREDICTED
-        for name in (
-            f"remaining_{quantity}",
-            f"completion_{quantity}_uncertainty",
-            *(f"{order}_order_{quantity}" for order in ORDERS),
-        )
-    ),
-)
 
 
 class AccumulationFigure(FigureSettings):
@@ -69,7 +57,9 @@ def draw(results: Mapping[str, Any], settings: AccumulationFigure) -> Figure:
     """
     cube, rows, at = results["cube"], settings.rows, settings.at
     branches = [dim for dim in ("direction", "draw") if dim in cube.dims and dim not in (at or {})]
-    place = select(cube, _VARIABLES, at, (rows, BURST, IMPACT, *branches))
+    place = select(
+        cube, completion.VARIABLES, at, (rows, completion.BURST, completion.IMPACT, *branches)
+    )
     shown = panels.parts(place, rows)
     figure, axes = panels.panel_grid(len(shown), 2, height=1.0 + 2.1 * len(shown))
     for row, (text, panel) in zip(axes, shown, strict=True):

@@ -8,14 +8,8 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.stretches import (
-    BURST_VARIABLES,
-    Burst,
-    half_gap,
-    listed_bursts,
-    listed_until,
-    sticking,
-)
+from damper.analysis import stretches
+from damper.analysis.stretches import Burst
 from damper.figures.common import panels
 from damper.figures.common.layout import select
 from damper.figures.common.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, YELLOW, label
@@ -26,18 +20,7 @@ from damper.study import products
 from damper.study.fields import Pair, Unit
 from damper.study.messages import Mistakes
 
-_VARIABLES = (
-    "trajectory_time",
-    "trajectory_start",
-    "trajectory_displacement",
-    "trajectory_velocity",
-    "trajectory_free_displacement",
-    "trajectory_free_velocity",
-    "trajectory_event",
-    "trajectory_mode",
-    "trajectory_events_left_out",
-    *BURST_VARIABLES,
-)
+_VARIABLES = (*stretches.MOTION_VARIABLES, *stretches.BURST_VARIABLES)
 _IMPACT, _STICKING = 0, 1
 #: Points up to which lines stay vectors.
 _MOST_POINTS = 5_000
@@ -118,7 +101,7 @@ def draw(results: Mapping[str, Any], settings: FreeMass) -> Figure:
     if not start < stop:
         raise ValueError(f"stop = {stop:g}: the sampled stretch begins at {start:g} only")
     run = run.assign(time=("instant", time))
-    bursts = listed_bursts(place)
+    bursts = stretches.listed_bursts(place)
     within = [burst for burst in bursts if burst.onset >= start and burst.end <= end]
     chosen = _nearest(within, settings.near)
     figure, axes = panels.panel_grid(5, 2, height=8.4, sharex="col")
@@ -129,7 +112,7 @@ def draw(results: Mapping[str, Any], settings: FreeMass) -> Figure:
         if chosen is not None:
             _motion(large, run, values, bursts, _window(chosen), _LINE)
     for ax in (left[1], right[1]):
-        for wall in (-half_gap(place), half_gap(place)):
+        for wall in (-stretches.half_gap(place), stretches.half_gap(place)):
             ax.axhline(wall, **_WALL)
     units = units_of(place.trajectory_time.attrs)
     _durations(left[4], [burst for burst in bursts if burst.chatter], (start, stop), units)
@@ -206,17 +189,17 @@ def _motion(
     for complete, (_, colour) in _CHATTER.items():
         kind = [b for b in bursts if b.chatter and b.complete is complete]
         _shade(ax, [(b.onset, b.end) for b in kind], span, _SHADE | {"color": colour})
-    _shade(ax, sticking(time, run.trajectory_mode.values), span, _STUCK)
+    _shade(ax, stretches.sticking(time, run.trajectory_mode.values), span, _STUCK)
 
 
 def _shade(
     ax: Axes,
-    stretches: Sequence[tuple[float, float]],
+    spans: Sequence[tuple[float, float]],
     span: tuple[float, float],
     style: Mapping[str, Any],
 ) -> None:
-    """Shade the stretches that reach into a span of time, as one artist: there may be hundreds."""
-    shown = [(a, b - a) for a, b in stretches if a < span[1] and b > span[0]]
+    """Shade those that reach into a span, as one artist: there may be hundreds of them."""
+    shown = [(a, b - a) for a, b in spans if a < span[1] and b > span[0]]
     ax.broken_barh(shown, (0.0, 1.0), transform=ax.get_xaxis_transform(), **style)
 
 
@@ -283,7 +266,7 @@ def _left_out(place: xr.Dataset) -> list[str]:
     listed = []
     if missing := int(place.trajectory_events_left_out):
         listed.append(f"{missing} events did not fit (observers: trajectory: events)")
-    if (end := listed_until(place)) < np.inf:
+    if (end := stretches.listed_until(place)) < np.inf:
         listed.append(f"bursts listed to $t$ = {end:.0f} (observers: bursts: records)")
     return listed
 

@@ -20,17 +20,7 @@ from damper.study.messages import Mistakes
 from damper.study.products import MOST_PANELS, Role, StudyContents, need_listed_bursts
 from damper.sweep.record import length_text
 
-_VARIABLES = (
-    "trajectory_time",
-    "trajectory_start",
-    "trajectory_displacement",
-    "trajectory_free_displacement",
-    "trajectory_mode",
-    "trajectory_events_left_out",
-    "chatter",
-    "visible_impacts",
-    *stretches.BURST_VARIABLES,
-)
+_BURSTS = ("chatter", "visible_impacts", *stretches.BURST_VARIABLES)
 _CLASSES = {0: "no chatter", 1: "incomplete chatter", 2: "complete chatter"}
 #: Whether a burst completes -> its shade. Hatched as well: orange on paper is close to yellow.
 _SHADES: dict[bool, dict[str, Any]] = {
@@ -75,7 +65,7 @@ def draw(results: Mapping[str, Any], settings: Histories) -> Figure:
     cube = results["cube"]
     if "burst_onset" not in cube:
         raise ValueError("the bursts are not listed one by one (observers: bursts: records)")
-    names = trajectory.with_drive(cube, _VARIABLES)
+    names = (*trajectory.shown_in(cube), *_BURSTS)
     place = select(cube, names, settings.at, (settings.panels, "instant", "burst"))
     unit = trajectory.units_in_a_cycle(place)
     start, stop = settings.start * unit, settings.stop and settings.stop * unit

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis.sections import period_of
-from damper.analysis.stretches import half_gap
+from damper.analysis.stretches import MOTION_VARIABLES, half_gap
 from damper.figures.common.layout import section_text, select
 from damper.figures.common.panels import finish, note_empty_panel, panel_grid, parts, title
 from damper.figures.common.style import BLACK, BLUE, VARIABLE_SYMBOLS, VERMILION, label
@@ -19,13 +19,6 @@ from damper.study.fields import Text
 from damper.study.products import MOST_COLUMNS, At, Caption, Each, FigureSettings, Role
 from damper.study.settings import SECTIONS
 
-_MOTION = (
-    "trajectory_displacement",
-    "trajectory_velocity",
-    "trajectory_free_displacement",
-    "trajectory_free_velocity",
-    "trajectory_events_left_out",
-)
 _SECTION = ("displacement", "velocity")
 _PRIMARY: dict[str, Any] = {"color": BLACK, "lw": 0.4}
 _RELATIVE: dict[str, Any] = {"color": BLUE, "lw": 0.4}
@@ -69,7 +62,7 @@ def draw(results: Mapping[str, Any], settings: PhasePortrait) -> Figure:
     its walls, then the points of the section and their number. All columns share their scales.
     """
     keep = settings.columns, "instant", "sample"
-    place = select(results["cube"], [*_MOTION, *_SECTION], settings.at, keep)
+    place = select(results["cube"], [*MOTION_VARIABLES, *_SECTION], settings.at, keep)
     shown = parts(place, settings.columns)
     figure, axes = panel_grid(3, len(shown), height=7.4, sharex="row", sharey="row")
     _frame_section(axes[2, 0], place)

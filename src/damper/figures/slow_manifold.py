@@ -8,8 +8,9 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.amplitudes import TRAJECTORY_VARIABLES, amplitudes
+from damper.analysis.amplitudes import amplitudes
 from damper.analysis.closed_forms import damper_at
+from damper.analysis.stretches import MOTION_VARIABLES
 from damper.figures.common import panels
 from damper.figures.common.layout import select
 from damper.figures.common.style import BLACK, BLUE, ORANGE
@@ -56,7 +57,7 @@ class SlowManifold(FigureSettings):
 def draw(results: Mapping[str, Any], settings: SlowManifold) -> Figure:
     """Draw the amplitude of the free mass against that of the primary, cycle by cycle."""
     keep = settings.panels, "instant"
-    place = select(results["cube"], TRAJECTORY_VARIABLES, settings.at, keep)
+    place = select(results["cube"], MOTION_VARIABLES, settings.at, keep)
     shown = panels.parts(place, settings.panels)
     figure, axes = panels.wrapped_panels(len(shown), {1: 2.2, 2: 2.2, 3: 2.2}, rest=1.2)
     drawn: set[bool] = set()

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.stretches import forcing_frequency, half_gap, rows_between, sticking
+from damper.analysis import stretches
 from damper.figures.common import style
 from damper.figures.common.layout import select
 from damper.figures.common.panels import finish, legend_line, legend_patch, panel_grid, parts, title
@@ -20,15 +20,6 @@ from damper.study.messages import Mistakes
 from damper.study.products import At, Caption, Each, FigureSettings, Role, StudyContents
 from damper.study.yaml_file import display
 
-_VARIABLES = (
-    "trajectory_time",
-    "trajectory_displacement",
-    "trajectory_velocity",
-    "trajectory_free_displacement",
-    "trajectory_free_velocity",
-    "trajectory_mode",
-    "trajectory_events_left_out",
-)
 _DRIVE, _ALONE = "trajectory_drive", "trajectory_alone"
 #: Height of the panel of what drives, in inches.
 _DRIVE_HEIGHT = 0.95
@@ -99,8 +90,8 @@ def draw(results: Mapping[str, Any], settings: TrajectoryFigure) -> Figure:
     start, stop = settings.start, settings.stop
     cube, at = results["cube"], settings.at or {}
     axis = "body" if cube.sizes.get("body", 0) > 1 and "body" not in at else None
-    place = select(cube, with_drive(cube, _VARIABLES), at, ("instant", axis))
-    piece = place.isel(instant=rows_between(in_periods(place), start, stop))
+    place = select(cube, shown_in(cube), at, ("instant", axis))
+    piece = place.isel(instant=stretches.rows_between(in_periods(place), start, stop))
     unit = units_in_a_cycle(place)
     time = in_periods(piece) * unit
     masses = parts(piece, axis)
@@ -160,13 +151,13 @@ def _motions(
 
 def in_periods(run: xr.Dataset) -> np.ndarray:
     """Time since the start of the sampled stretch, in cycles."""
-    period = 2.0 * math.pi / float(run[forcing_frequency(run)])
+    period = 2.0 * math.pi / float(run[stretches.forcing_frequency(run)])
     return run.trajectory_time.values / period
 
 
 def units_in_a_cycle(run: xr.Dataset) -> float:
     """Length of a cycle as a time axis shows it: 1, but under what is given by its times."""
-    return 2.0 * math.pi / float(run[forcing_frequency(run)]) if _of(run) else 1.0
+    return 2.0 * math.pi / float(run[stretches.forcing_frequency(run)]) if _of(run) else 1.0
 
 
 def _of(run: xr.Dataset) -> str:
@@ -178,13 +169,13 @@ def time_label(place: xr.Dataset) -> str:
     """Label of an axis of this time."""
     if _of(place):
         return style.label("time", "$t - t_0$", units_of(place.trajectory_time.attrs))
-    frequency = style.SYMBOLS[forcing_frequency(place)]
+    frequency = style.SYMBOLS[stretches.forcing_frequency(place)]
     return f"time $(t - t_0)/T$ (cycle $T$ = $2\\pi$/{frequency})"
 
 
-def with_drive(cube: xr.Dataset, names: Sequence[str]) -> tuple[str, ...]:
-    """Variables of a figure, and those beside them that the cube has."""
-    return (*names, *(name for name in (_DRIVE, _ALONE) if name in cube))
+def shown_in(cube: xr.Dataset) -> tuple[str, ...]:
+    """Variables of the motion, and those beside them that the cube has."""
+    return (*stretches.MOTION_VARIABLES, *(name for name in (_DRIVE, _ALONE) if name in cube))
 
 
 def driven_grid(
@@ -216,7 +207,7 @@ def draw_drive(ax: Axes, time: np.ndarray, piece: xr.Dataset) -> None:
 
 
 def _walls(ax: Axes, time: np.ndarray, piece: xr.Dataset, raster: Mapping[str, Any]) -> None:
-    x, clearance = piece.trajectory_displacement.values, half_gap(piece)
+    x, clearance = piece.trajectory_displacement.values, stretches.half_gap(piece)
     ax.fill_between(time, x - clearance, x + clearance, zorder=0.5, **_BETWEEN, **raster)
     for wall in (x - clearance, x + clearance):
         ax.plot(time, wall, zorder=1.0, **_WALL, **raster)
@@ -224,10 +215,10 @@ def _walls(ax: Axes, time: np.ndarray, piece: xr.Dataset, raster: Mapping[str, A
 
 def _shade_sticking(ax: Axes, time: np.ndarray, piece: xr.Dataset) -> bool:
     """Shade where the masses stick; return whether they do."""
-    stretches = sticking(time, piece.trajectory_mode.values)
-    for first, last in stretches:
+    spans = stretches.sticking(time, piece.trajectory_mode.values)
+    for first, last in spans:
         ax.axvspan(first, last, zorder=0.7, **style.STUCK)
-    return bool(stretches)
+    return bool(spans)
 
 
 def _handles(free: Mapping[str, Mapping[str, Any]], stuck: bool) -> list[Artist]:

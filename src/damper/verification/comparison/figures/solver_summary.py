@@ -13,13 +13,7 @@ from damper.figures.common.panels import finish, panel_grid
 from damper.figures.common.style import BLACK, MISSING
 from damper.parameters.lazy import Axes, Figure, xr
 from damper.verification.base import Made, OptionalCaption, See
-from damper.verification.comparison.best import (
-    BASE,
-    FILES,
-    best_error,
-    relative_to_base,
-    time_to_reach,
-)
+from damper.verification.comparison import best
 from damper.verification.comparison.errors import OUTCOMES
 from damper.verification.comparison.marks import FAILURES
 
@@ -38,7 +32,7 @@ _ERRORS, _RATIOS = (1e-14, 1.0), (1.0, 1e5)
 class SolverSummary(Made):
     """What each solver reaches on each scene, and what it costs beside the engine."""
 
-    reads: ClassVar[tuple[str, ...]] = FILES
+    reads: ClassVar[tuple[str, ...]] = best.FILES
 
     caption: OptionalCaption = None
     see: See = None
@@ -49,15 +43,18 @@ def draw(results: Mapping[str, Any], settings: SolverSummary) -> Figure:
     errors, timings = results["cube"], results["timings"]
     height = 2.1 + _ROW * errors.sizes["scene"]
     figure, ((left, right),) = panel_grid(1, 2, height=height, sharey=True)
-    best, times = best_error(errors, ERROR), time_to_reach(errors, timings, ERROR, TARGET)
-    ratios = relative_to_base(times)
+    smallest, times = (
+        best.best_error(errors, ERROR),
+        best.time_to_reach(errors, timings, ERROR, TARGET),
+    )
+    ratios = best.relative_to_base(times)
     failed = np.array([[letters(runs) for runs in row] for row in errors.outcome.values], object)
-    reached = best.notnull().values
+    reached = smallest.notnull().values
     shown, corners = failed.copy(), failed.copy()
-    shown[reached] = np.vectorize(short)(best)[reached]
+    shown[reached] = np.vectorize(short)(smallest)[reached]
     corners[~reached] = ""
-    _cells(left, best.values, _ERRORS, shown, corners)
-    relative = (times.solver != BASE).values & ratios.notnull().values
+    _cells(left, smallest.values, _ERRORS, shown, corners)
+    relative = (times.solver != best.BASE).values & ratios.notnull().values
     shown, corners = np.vectorize(time_text)(times).astype(object), np.full_like(failed, "")
     shown[relative] = np.vectorize(short)(ratios)[relative]
     _cells(right, ratios.values, _RATIOS, shown, corners)
@@ -69,7 +66,7 @@ def draw(results: Mapping[str, Any], settings: SolverSummary) -> Figure:
         names = [wrap(text.split(), 16.0) for text in errors.label.values]
         ax.set_xticks(range(len(names)), names)
         ax.tick_params(axis="x", rotation=90, top=True, labeltop=True, labelbottom=False)
-        ax.set_yticks(range(len(best.scene)), [capital(text) for text in errors.title.values])
+        ax.set_yticks(range(len(smallest.scene)), [capital(text) for text in errors.title.values])
         ax.tick_params(length=0.0)
         for spine in ax.spines.values():
             spine.set_visible(False)
