@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from damper.analysis.labels import label_of
 from damper.parameters.lazy import xr
 from damper.parameters.quantities import unknown_name
 from damper.parameters.quantity import in_range
@@ -177,8 +178,7 @@ def runs_over(array: xr.DataArray | xr.Dataset, names: Sequence[str]) -> str:
     """
     nouns = {"draw": "draws", "direction": "directions"}
     return " × ".join(
-        f"{array.sizes[name]} {nouns.get(name, 'values of ' + name.replace('_', ' '))}"
-        for name in names
+        f"{array.sizes[name]} {nouns.get(name, f'values of {label_of(name)}')}" for name in names
     )
 
 

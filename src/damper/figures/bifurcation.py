@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from damper.analysis.labels import label_of
 from damper.analysis.runs import runs
 from damper.figures.common import layout, panels, style
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
@@ -207,7 +208,7 @@ def _ordinate(place: xr.Dataset, name: str) -> str:
     symbol = style.VARIABLE_SYMBOLS[name]
     if name == "relative_displacement" and "gap" in place.coords:
         symbol = "$(y - x)/D$"
-    meaning = _MEANINGS.get(name, name.replace("_", " "))
+    meaning = _MEANINGS.get(name, label_of(name))
     return style.label(meaning, symbol, "1" if name == _MULTIPLIER else units_of(place[name].attrs))
 
 

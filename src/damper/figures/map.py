@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from damper.analysis.labels import label_of
 from damper.analysis.motions import attractors
 from damper.analysis.optimum import CONTACT, SAME, contact, from_exact_rest
 from damper.analysis.places import in_millimetres
@@ -432,9 +433,9 @@ def _best(
         "mew": 0.4,
     }
     ax.plot(panel[x].values[known], panel[y].values[rows[known]], **look)
-    name = style.VARIABLE_SYMBOLS.get(variable, variable.replace("_", " "))
+    name = style.VARIABLE_SYMBOLS.get(variable, label_of(variable))
     extreme = "least" if best == "min" else "greatest"
-    place = (axis.replace("_", " ") for axis in (y, x))
+    place = map(label_of, (y, x))
     text = f"best {' at each '.join(place)} ({extreme} {name})"
     return [panels.legend_line(text, **look)]
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from damper.analysis.bursts import burst_statistics, list_bursts
 from damper.analysis.completion import PREDICTED, completion_errors
+from damper.analysis.labels import label_of
 from damper.analysis.optimum import GOOD, NEAR, best_clearance, damping_shares
 from damper.analysis.places import within
 from damper.analysis.sections import section_points
@@ -67,7 +68,7 @@ def _judge_a1(cubes: Cubes) -> Verdict:
     held, missed = [], []
     for k in range(stacked.sizes["place"]):
         line = stacked.isel(place=k)
-        label = ", ".join(f"{name.replace('_', ' ')} {float(line[name]):g}" for name in others)
+        label = ", ".join(f"{label_of(name)} {float(line[name]):g}" for name in others)
         chatter = line.chatter.values > 0
         d = line.clearance.values
         found = range_of(d, chatter)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from damper.analysis.labels import label_of
 from damper.analysis.places import within
 from damper.analysis.sections import section_points
 from damper.papers.base import (
@@ -129,8 +130,8 @@ def _judge_b4(cubes: Cubes) -> Verdict:
 def _judge_trend(cubes: Cubes, axis: str) -> Verdict:
     """Whether the interval gets shorter along an axis, at each value of the other one."""
     other = "frequency_ratio" if axis == "mass_ratio" else "mass_ratio"
-    head = f"length (span) from the smallest {axis.replace('_', ' ')} to the largest"
-    rows = [("reading", other.replace("_", " "), head, "falls")]
+    head = f"length (span) from the smallest {label_of(axis)} to the largest"
+    rows = [("reading", label_of(other), head, "falls")]
     held = []
     for reading in _readings(cubes):
         step = float(abs(reading.cube.restitution.diff("restitution")).min())

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from damper.analysis.labels import label_of
 from damper.papers.base import UNTESTED, Statement, Verdict
 from damper.papers.statements import STATEMENTS
 from damper.parameters.lazy import pd, xr
@@ -44,7 +45,7 @@ def assumptions(cubes: Iterable[xr.Dataset]) -> str:
     for cube in cubes:
         for name, coordinate in cube.coords.items():
             if "assumed" in coordinate.attrs:
-                label = str(name).replace("_", " ")
+                label = label_of(str(name))
                 parts.setdefault(f"{label} {_values(coordinate)}", "")
         for name in cube.attrs:
             if name.startswith("assumed_"):
@@ -121,7 +122,7 @@ def _values(coordinate: xr.DataArray) -> str:
 
 
 def _attribute(cube: xr.Dataset, name: str) -> str:
-    quantity = name.removeprefix("assumed_").replace("_", " ")
+    quantity = label_of(name.removeprefix("assumed_"))
     comment = cube.chatter.attrs.get("comment", "") if "chatter" in cube else ""
     visible = comment.rpartition("visible: ")[2]
     return f"{quantity}: {visible}" if visible and "threshold" in name else quantity

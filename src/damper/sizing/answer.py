@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from damper.analysis.labels import label_of
 from damper.parameters.lazy import pd, xr
 from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
 from damper.sizing.search import DIGITS, Search
@@ -373,7 +374,7 @@ def _tolerances(array: xr.DataArray, m: Machine) -> pd.DataFrame | None:
             found = _worst(_as_built(array, name), name)
             off = text_of(float(found[name][2] - found[name][1]), unit)
             values = (text_of(value, m.measured[1]) for value in found.values.tolist())
-            rows.append([f"{name.replace('_', ' ')}, {off}", *values])
+            rows.append([f"{label_of(name)}, {off}", *values])
     return pd.DataFrame(rows, columns=["off by", "less", "as built", "more"]) if rows else None
 
 
@@ -487,7 +488,7 @@ def _changes(
         how = "by differences of runs from the same starts, which may jump"
     where = f" at {frequency:.4g} Hz" if frequency else ""
     rows = [
-        [f"{name.replace('_', ' ')}, {100.0 * PART:g} %", f"{100.0 * PART * slope:+.2g} %"]
+        [f"{label_of(name)}, {100.0 * PART:g} %", f"{100.0 * PART * slope:+.2g} %"]
         for name, slope in slopes.items()
     ]
     text = f"What {100.0 * PART:g} % more changes{where} is found {how}."

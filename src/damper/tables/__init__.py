@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from damper.analysis.labels import label_of
 from damper.analysis.places import fixed_values
 from damper.parameters.forcing import force_text
 from damper.parameters.lazy import pd, xr
@@ -91,11 +92,6 @@ def _lines(cells: pd.DataFrame) -> str:
     return "\n".join([lines[0], "|" + "---|" * len(cells.columns), *lines[1:]])
 
 
-def readable(name: str) -> str:
-    """Return a name in code as a heading has it."""
-    return name.replace("_", " ")
-
-
 def with_units(text: str, array: xr.DataArray) -> str:
     """Return a heading with the units of what stands below it."""
     units = units_of(array.attrs)
@@ -110,7 +106,7 @@ def number(value: float, form: str, missing: str = "none") -> str:
 def place_cells(place: Mapping[str, Any]) -> dict[str, str]:
     """Return the first cells of a row, those that say where it is."""
     return {
-        readable(name): f"{x:g}" if isinstance(x, float) else f"{x}" for name, x in place.items()
+        label_of(name): f"{x:g}" if isinstance(x, float) else f"{x}" for name, x in place.items()
     }
 
 
@@ -142,7 +138,7 @@ def make(kind: str, results: Mapping[str, Any], **settings: Any) -> Table:
 
 
 def _fixed(cube: xr.Dataset) -> Iterator[str]:
-    values = [f"{readable(name)} {value:g}" for name, value in fixed_values(cube).items()]
+    values = [f"{label_of(name)} {value:g}" for name, value in fixed_values(cube).items()]
     if "forcing" in cube.attrs:
         values.append(f"forcing {force_text(json.loads(cube.attrs['forcing']))}")
     if values:
@@ -160,4 +156,4 @@ def _assumed(cube: xr.Dataset) -> Iterator[str]:
     if found:
         yield "## Assumed"
         yield "These values are not stated in the source's text:"
-        yield "\n".join(f"- {readable(name)}: {why}" for name, why in found.items())
+        yield "\n".join(f"- {label_of(name)}: {why}" for name, why in found.items())

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from damper.analysis.convergence import distance_to_rigid, order_of_convergence
+from damper.analysis.labels import label_of
 from damper.parameters.lazy import pd
 from damper.parameters.quantities import MODEL_NAMES
 from damper.study import products
@@ -15,7 +16,7 @@ from damper.study.fields import Some, Text
 from damper.study.messages import Mistakes
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import join_names
-from damper.tables import Table, number, place_cells, readable
+from damper.tables import Table, number, place_cells
 
 #: Axes of stiffness, in either system of units.
 STIFFNESSES = ("contact_stiffness_ratio", "contact_stiffness")
@@ -91,7 +92,7 @@ def make(results: Mapping[str, Any], settings: ConvergenceTable) -> Table:
     data = distance_to_rigid(cube, settings.variables, along)
     rows = []
     for place, group in data.groupby(["variable", *([lines] if lines else [])], sort=False):
-        row = {"variable": readable(str(place[0]))}
+        row = {"variable": label_of(str(place[0]))}
         row |= place_cells({lines: place[1]}) if lines else {}
         row["rigid value"] = f"{group['rigid_value'].iloc[0]:.9g}"
         for stiffness, distance in zip(group[along], group["distance"], strict=True):
@@ -99,7 +100,7 @@ def make(results: Mapping[str, Any], settings: ConvergenceTable) -> Table:
         order = order_of_convergence(group[along].to_numpy(), group["distance"].to_numpy())
         rows.append({**row, "order": f"{order:.3f}"})
     how = (
-        f"Columns of numbers: distance at each {readable(along)}. The rigid value is that "
+        f"Columns of numbers: distance at each {label_of(along)}. The rigid value is that "
         "of one run with rigid walls; the order is the exponent of the power law that fits the "
         "distances over the stiffer half of the decades best, -1/2 where they fall as the time of "
         "contact."

@@ -9,13 +9,14 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from damper.analysis import intervals
+from damper.analysis.labels import label_of
 from damper.analysis.places import places, rows_at
 from damper.parameters.lazy import pd, xr
 from damper.parameters.variables import CHATTER_IMPACTS
 from damper.study.fields import Pair, Text
 from damper.study.messages import Mistakes
 from damper.study.products import Product, Role, StudyContents, need_one_run
-from damper.tables import Table, place_cells, readable
+from damper.tables import Table, place_cells
 
 _HEADING = "## Chatter beside the stated range, {:g} to {:g}"
 
@@ -56,7 +57,7 @@ def make(results: Mapping[str, Any], settings: Intervals) -> Table:
     sure = data[["lower_survives", "upper_survives"]].all(axis=None)
     chance = (
         " `~`: an edge that is chance, because motion there is chaotic: the runs on its sides "
-        f"change when the {readable(along)} is shifted by parts of {intervals.SHIFTS[0]:.0e} to "
+        f"change when the {label_of(along)} is shifted by parts of {intervals.SHIFTS[0]:.0e} to "
         f"{intervals.SHIFTS[-1]:.0e}."
     )
     body: list[str | pd.DataFrame] = [
@@ -86,7 +87,7 @@ def make(results: Mapping[str, Any], settings: Intervals) -> Table:
             _table(spans, where, columns, _hull, along),
             "\n".join(_moves(data, along, compared[0], compared[-1], len(where))),
         ]
-    return Table.of(cube, f"chatter intervals in {readable(along)}", data, body)
+    return Table.of(cube, f"chatter intervals in {label_of(along)}", data, body)
 
 
 def _table(

@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
+from damper.analysis.labels import label_of
 from damper.analysis.optimum import DAMPED, GOOD, NEAR, best_clearance, damping_shares
 from damper.analysis.places import in_millimetres
 from damper.analysis.reduction import runs_over
@@ -19,7 +20,7 @@ from damper.parameters.lazy import pd, xr
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import REDUCTIONS, Product, Role, StudyContents, Worst, need
-from damper.tables import Table, number, place_cells, readable, with_units
+from damper.tables import Table, number, place_cells, with_units
 
 
 class Performance(Product):
@@ -61,7 +62,7 @@ def make(results: Mapping[str, Any], settings: Performance) -> Table:
     worst = settings.worst or ()
     data = best_clearance(cube, along, over, settings.damped, worst)
     shares = damping_shares(cube, along, settings.good)
-    frequency, clearance = readable(along), readable(over)
+    frequency, clearance = label_of(along), label_of(over)
     body = [
         f"The best {clearance} is the one whose largest amplitude over the whole range of the "
         f"{frequency}{_of_all(cube, worst)} is smallest. The band is the part of that range, by "
@@ -93,7 +94,7 @@ def _best(
     rows = [
         {
             **place_cells({name: row[name] for name in others}),
-            with_units(f"best {readable(over)}", cube[over]): f"{row[f'best_{over}']:.4g}"
+            with_units(f"best {label_of(over)}", cube[over]): f"{row[f'best_{over}']:.4g}"
             + ("" if row["interior"] else " (end of the axis)")
             + (f" ({row['equally_good']} more as good)" if row["equally_good"] else ""),
             with_units("largest amplitude", length): f"{row['worst_amplitude']:.3g} of "

@@ -7,13 +7,14 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
+from damper.analysis.labels import label_of
 from damper.analysis.places import places, rows_at
 from damper.analysis.small_mass_limit import gap_axis, small_mass_border
 from damper.parameters.lazy import pd
 from damper.study import products
 from damper.study.messages import Mistakes
 from damper.study.yaml_file import join_names
-from damper.tables import Table, number, place_cells, readable
+from damper.tables import Table, number, place_cells
 
 
 class SmallMassLimit(products.Product):
@@ -44,7 +45,7 @@ def make(results: Mapping[str, Any], settings: SmallMassLimit) -> Table:
     cube = results["cube"]
     data = small_mass_border(cube, settings.resolution)
     over = gap_axis(cube)
-    what = readable(over)
+    what = label_of(over)
     largest = number(data["difference"].abs().max(), ".1e")
     rows = [
         place_cells(where) | _distances(rows_at(data, where), what)

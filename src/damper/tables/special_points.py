@@ -7,10 +7,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from damper.analysis.labels import label_of
 from damper.parameters.lazy import pd, xr
 from damper.study.messages import Mistakes
 from damper.study.products import Product, StudyContents, need_orbits
-from damper.tables import Table, readable
+from damper.tables import Table
 
 
 class SpecialPoints(Product):
@@ -46,7 +47,7 @@ def make(results: Mapping[str, Any], settings: SpecialPoints) -> Table:
                 f"The {kind} along {along} and {other} ends where "
                 f"{curve.curve_first_end.item()}, and where {curve.curve_last_end.item()}."
             )
-        shown = ", ".join(f"{readable(name)} {value:g}" for name, value in where.items())
+        shown = ", ".join(f"{label_of(name)} {value:g}" for name, value in where.items())
         ends.append(
             f"{motion}{f' ({shown})' if shown else ''} ends where "
             f"{branch.first_end.item()}, and where {branch.last_end.item()}."

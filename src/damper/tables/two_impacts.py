@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
+from damper.analysis.labels import label_of
 from damper.analysis.places import rows_at
 from damper.analysis.two_impacts import RANGES, SETTLED, two_impact_errors, two_impact_ranges
 from damper.parameters.lazy import pd
@@ -15,7 +16,7 @@ from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import Product, Role, StudyContents
 from damper.study.settings import SECTIONS
-from damper.tables import Table, number, place_cells, readable
+from damper.tables import Table, number, place_cells
 
 
 class TwoImpacts(Product):
@@ -68,7 +69,7 @@ def make(results: Mapping[str, Any], settings: TwoImpacts) -> Table:
     body = [
         "The closed-form motion with one impact on each wall per forcing period: where its free "
         f"mass stays between the walls (exists) and where it is stable, in "
-        f"{readable(along)}, ends bisected to {resolution:g}. `+`: the range reaches the "
+        f"{label_of(along)}, ends bisected to {resolution:g}. `+`: the range reaches the "
         "end of the axis.",
         "Compared: of the runs where a stable motion exists, those with two visible impacts per "
         "period (others are on another attractor, or still on their way). Difference: the last "

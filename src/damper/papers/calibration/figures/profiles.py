@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from damper.analysis.labels import label_of
 from damper.figures.common import style
 from damper.figures.common.layout import geometric, place_label, place_text, wrap
 from damper.figures.common.panels import finish, legend_line, panel_grid, title
@@ -91,7 +92,7 @@ def _lines(found: Ranking) -> list[tuple[xr.DataArray, dict[str, Any]]]:
             "color": _COLOURS[index % len(_COLOURS)],
             "ls": _DASHES[index % len(_DASHES)],
             "lw": 1.1,
-            "label": name.replace("_", " "),
+            "label": label_of(name),
         }
         drawn.append((array, look))
     look = {"color": style.BLACK, "ls": "-", "lw": 1.4, "label": "joined: geometric mean"}

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
+from damper.analysis.labels import label_of
 from damper.papers.base import Tolerances
 from damper.papers.calibration.ranking import HOLDS, JOINED, Ranking, holding, rank
 from damper.papers.calibration.settings import Scores
@@ -60,7 +61,7 @@ def make(results: Mapping[str, Any], settings: RankingTable) -> Table:
         "Values at which, with the best of everything else, the score is 1/2 or more.",
         _pinned(found, doubled),
         "## The best sets",
-        best.rename(columns=lambda name: name.replace("_", " ")),
+        best.rename(columns=label_of),
     ]
     return Table.of(cube, "ranking", data, body)
 
@@ -116,7 +117,7 @@ def _pinned(found: Ranking, doubled: Ranking | None) -> pd.DataFrame:
         columns["all hold, tolerances doubled"] = holding(doubled).astype(float)
     rows = []
     for axis in found.scores[JOINED].dims:
-        row = {"parameter": str(axis).replace("_", " ")}
+        row = {"parameter": label_of(str(axis))}
         for head, array in columns.items():
             row[head] = ""
             if axis in array.dims:
