@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import assert_nothing_overlaps, drawn
+from figures.drawing import assert_nothing_overlaps, drawn, legend_texts
 from scenes import QUIET as POINT
 
 from damper import Parameters, events, simulate
@@ -89,8 +89,7 @@ def test_figure(cube: xr.Dataset) -> None:
         seen = (expected > 0.0).any()
         assert ax.texts[0].get_text().startswith("slope" if seen else "no distance to show")
         assert seen == (not name.startswith("burst"))
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels[:2] == ["releases at zero force", "holds until the gap reopens"]
+    assert legend_texts(figure)[:2] == ["releases at zero force", "holds until the gap reopens"]
     assert_nothing_overlaps(figure)
 
 

@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,9 @@ from matplotlib.figure import Figure
 
 from damper.figures import draw
 from damper.figures.common.style import save, style
+from damper.observers import class_in
 from damper.parameters.variables import ENERGY, LENGTH, SPEED, Variable
+from damper.study.study_file import Made
 from damper.sweep.cube import dataset
 
 WHERE = "once per cycle"
@@ -71,6 +74,12 @@ def drawn(
     with style(), warnings.catch_warnings():
         warnings.simplefilter("error")
         return draw(kind, {"cube": cube, "orbits": branches}, **settings)
+
+
+def drawn_by(kind: ModuleType, results: Mapping[str, Any], **settings: Any) -> Figure:
+    """Laid-out figure of a kind that belongs to a study of its own, by its module."""
+    with style():
+        return laid_out(kind.draw(results, class_in(kind, Made).model_construct(**settings)))
 
 
 def laid_out(figure: Figure) -> Figure:

@@ -125,8 +125,7 @@ def test_mark_is_a_bracket_with_a_label() -> None:
     figure = drawn(cube, **settings)
     (ax,) = figure.axes
     assert bracket(ax) == (0.1, 0.5)
-    (legend,) = figure.legends
-    assert [text.get_text() for text in legend.get_texts()][-1] == "as stated"
+    assert drawing.legend_texts(figure)[-1] == "as stated"
     assert ax.get_xlim() == (0.0, 1.0)
     assert_nothing_overlaps(figure)
 
@@ -360,8 +359,7 @@ def test_each_direction_has_its_colour() -> None:
             np.testing.assert_array_equal(line.get_xdata(), np.repeat(GRID, SAMPLES))
         # What lies beneath shows as a rim, and alone where the other one is elsewhere.
         assert found["down"].get_markersize() > 1.5 * found["up"].get_markersize()
-    (legend,) = figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == [
+    assert drawing.legend_texts(figure) == [
         "continued upwards",
         "continued downwards",
         "incomplete chatter",
@@ -380,7 +378,7 @@ def test_chatter_of_each_direction_has_its_strip() -> None:
 def test_one_direction_alone() -> None:
     cube = branched(UP_AND_DOWN, [CHATTER, CHATTER])
     for one in (drawn(cube, at={"direction": "down"}), drawn(cube.sel(direction=["down"]))):
-        assert [t.get_text() for t in one.legends[0].get_texts()][-1] == "complete chatter"
+        assert drawing.legend_texts(one)[-1] == "complete chatter"
     assert "continued downwards" in drawn(cube, at={"direction": "down"}).get_suptitle()
     assert shades(drawn(cube, at={"direction": "down"}).axes[0]) == EXPECTED
 

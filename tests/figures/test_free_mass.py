@@ -212,5 +212,4 @@ def test_stated_burst_stands_beside_ours(cube: xr.Dataset) -> None:
     figure = draw(cube, near=40.0, stated=(41.0, 44.0))
     marks = [line for line in figure.axes[1].lines if line.get_marker() == "|"]
     assert [list(line.get_xdata()) for line in marks] == [[41.0, 44.0]]
-    words = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert words[-1] == "as the paper's text states: onset 41, duration 3"
+    assert legend_texts(figure)[-1] == "as the paper's text states: onset 41, duration 3"

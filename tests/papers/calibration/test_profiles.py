@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import assert_nothing_overlaps
+from figures.drawing import assert_nothing_overlaps, legend_texts
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -101,9 +101,8 @@ def test_preset_is_marked_in_its_row(cube: xr.Dataset) -> None:
         [line.get_xdata()[0] for line in ax.lines if line.get_lw() == 0.8] for ax in figure.axes
     ]
     assert marks == [[0.2], [], [0.8], [], [], [], [], []]
-    assert "preset" in [text.get_text() for text in figure.legends[0].get_texts()]
-    bare = profiles(cube)
-    assert "preset" not in [text.get_text() for text in bare.legends[0].get_texts()]
+    assert "preset" in legend_texts(figure)
+    assert "preset" not in legend_texts(profiles(cube))
 
 
 def test_a_statement_of_another_study(cube: xr.Dataset) -> None:

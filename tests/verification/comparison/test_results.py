@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import laid_out, legend_texts
+from figures.drawing import drawn_by, legend_texts
 from scenes import SLOW
 
-from damper.figures.common.style import style
 from damper.observers import class_in
 from damper.study.study_file import Made
 from damper.sweep.cube import CONVENTIONS, write_cube
@@ -286,9 +285,7 @@ def test_times_table(cubes):
 
 
 def drawn(kind, cubes, **settings):
-    results = dict(zip(("cube", "timings"), cubes, strict=True))
-    with style():
-        return laid_out(kind.draw(results, class_in(kind, Made).model_construct(**settings)))
+    return drawn_by(kind, dict(zip(("cube", "timings"), cubes, strict=True)), **settings)
 
 
 def test_good_runs_are_lines_and_failures_lie_in_strips(cubes):

@@ -6,13 +6,12 @@ import json
 
 import numpy as np
 import pytest
-from figures.drawing import assert_nothing_overlaps, laid_out
+from figures.drawing import assert_nothing_overlaps, drawn_by
 from scenes import GENERIC as BASE
 
 from damper.engine.compiled import plain
-from damper.figures.common.style import style
 from damper.verification.cost import measure as measuring
-from damper.verification.cost.figures.cost import CostFigure, draw
+from damper.verification.cost.figures import cost
 from damper.verification.cost.measure import bare, measure, observed, points_near, rigid_part
 from damper.verification.cost.tables.cost import CostTable, make
 
@@ -91,8 +90,7 @@ def test_table_keeps_digits_and_rounds_for_readers(timings):
 
 
 def test_figure_shows_each_ratio_that_there_is(timings):
-    with style():
-        figure = laid_out(draw({"cost": timings}, CostFigure.model_construct()))
+    figure = drawn_by(cost, {"cost": timings})
     time, memory = figure.axes
     assert [tick.get_text() for tick in time.get_yticklabels()] == list(CASES)
     points = [container.lines[0].get_xydata() for container in time.containers]

@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import laid_out
+from figures.drawing import drawn_by
 
-from damper.figures.common.style import style
-from damper.observers import class_in
 from damper.parameters.quantities import ALL
-from damper.study.study_file import Made
 from damper.sweep.branches import draw
 from damper.sweep.parts import PartData
 from damper.verification.metamorphic import verdicts
@@ -82,10 +79,7 @@ def test_table_of_the_relations(again):
 
 
 def test_figure_of_the_differences(again):
-    with style():
-        settings = class_in(metamorphic_figure, Made).model_construct()
-        figure = laid_out(metamorphic_figure.draw({"cube": again}, settings))
-    left, right = figure.axes
+    left, right = drawn_by(metamorphic_figure, {"cube": again}).axes
     lines = {line.get_label(): line for line in left.lines}
     assert len(lines["compared directly"].get_xdata()) == COUNT - 2
     np.testing.assert_array_equal(
