@@ -85,7 +85,7 @@ def draw(results: Mapping[str, Any], settings: DampingFigure) -> Figure:
     )
     dots = (*_POINTS[:2], _POINTS[2] | {"ms": 2.6})  # in the legend
     handles = [
-        panels.legend_line(_meaning(place, settings.lines, text), **style)
+        panels.legend_line(", ".join(filter(None, ("simulated: one half cycle", text))), **style)
         for style, (text, _) in zip(dots, panels.parts(place, settings.lines), strict=False)
     ]
     handles += [
@@ -94,10 +94,6 @@ def draw(results: Mapping[str, Any], settings: DampingFigure) -> Figure:
         panels.legend_line(r"largest by the law: $2d = \pi A\,(1+r)/(1-r)$", **_LARGEST),
     ]
     return panels.finish(figure, place, settings.caption, handles, [*_left_out(place), *outside])
-
-
-def _meaning(place: xr.Dataset, lines: str | None, text: str) -> str:
-    return "simulated: one half cycle" + (f", {text}" if lines else "")
 
 
 def _panel(ax: Axes, panel: xr.Dataset, lines: str | None) -> None:

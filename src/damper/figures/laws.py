@@ -85,22 +85,17 @@ def _matrix(ax: Axes, rows: Sequence[Row]) -> None:
     ax.imshow(np.ma.masked_invalid(classes), cmap=colours, norm=norm, aspect="auto")
     for (row, column), ratio in np.ndenumerate(ratios):
         ink = "white" if ratio > 1.0 else "black"
-        ax.text(
-            column, row, short(LIMIT * ratio), ha="center", va="center", fontsize=6.5, color=ink
-        )
+        text = short(LIMIT * ratio)
+        ax.text(column, row, text, ha="center", va="center", fontsize=6.5, color=ink)
     ax.set_xticks(range(len(GRADED)), [wrap(label_of(n).split(), 12) for n in GRADED], fontsize=6.5)
     names = [f"{row.regime.name} ({row.runs}, {row.stopped})" for row in rows]
     ax.set_yticks(range(len(rows)), names)
     ax.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False)
-    for side in ("left", "bottom"):
-        ax.spines[side].set_visible(False)
+    ax.spines[["left", "bottom"]].set_visible(False)
+    texts = ("up to 1/100 of the limit", "up to 1/10", "up to the limit", "beyond")
     handles = [
         ax.scatter([], [], marker="s", s=36, color=colour, label=text)
-        for colour, text in zip(
-            _COLOURS,
-            ("up to 1/100 of the limit", "up to 1/10", "up to the limit", "beyond"),
-            strict=True,
-        )
+        for colour, text in zip(_COLOURS, texts, strict=True)
     ]
     ax.legend(
         handles=handles,

@@ -68,8 +68,7 @@ def draw(results: Mapping[str, Any], settings: SolverSummary) -> Figure:
         ax.tick_params(axis="x", rotation=90, top=True, labeltop=True, labelbottom=False)
         ax.set_yticks(range(len(smallest.scene)), [capital(text) for text in errors.title.values])
         ax.tick_params(length=0.0)
-        for spine in ax.spines.values():
-            spine.set_visible(False)
+        ax.spines[:].set_visible(False)
     return finish(figure, errors, settings.caption, remarks=_remarks(errors))
 
 
