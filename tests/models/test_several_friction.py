@@ -260,7 +260,7 @@ EXTREME: dict[str, tuple[dict[str, float], list[dict[str, float]], tuple[float, 
         ],
         (0.0, 1.24, -0.22, -0.135),
     ),
-    # Speeds fall in no time, as long as there are numbers for them: the run ends where none are.
+    # Speeds fall without end in no time: what is left of them must be taken for none.
     "vanishing speeds": (
         {"damping_ratio": 4e-4, "frequency_ratio": 0.0065, "phase": 1.3, "mass_ratio": 0.99}
         | {"restitution": 0.95, "restitution_left": 1.0, "clearance": 1.1e-4},
@@ -288,7 +288,7 @@ def test_extreme_runs_keep_the_laws(name: str) -> None:
     )
     assert not broken(found).any()
     assert found["not_finite"] == 0
-    assert (found["status"] == 2) == (name == "vanishing speeds")
+    assert found["status"] != 2
 
 
 # --- units of measure, and what is refused

@@ -53,7 +53,7 @@ from damper.models.several.bodies import (
 )
 from damper.models.several.contacts import let_go, settle, slide_on
 from damper.models.several.log import segment_of_all
-from damper.models.several.pinch import NOTHING_LEFT
+from damper.models.several.pinch import NOTHING_LEFT, SHORTEST
 from damper.models.several.tails import (
     NextEvent,
     close,
@@ -121,8 +121,7 @@ def _settle(friction, model, s, mode):
     phase = phase_at(model.free.forcing, s.periods, s.time)
     free = motion_from(model.free, s.x, s.v, phase).a
     ratios, levels = model.masses[:, RATIO], np.zeros(count)
-    low, high = np.zeros(count), np.zeros(count)
-    soon = (NOTHING_LEFT * model.tolerance) ** 2
+    low, high, soon = np.zeros(count), np.zeros(count), _soon(model)
     for k in range(count):
         b = bodies[k]
         most, leaves = friction_of(friction, k), b[CAUSE] in (RELEASE, SLIP)
@@ -269,6 +268,11 @@ def _acceleration(friction, model, k, way):
 def _close(friction, model, s):
     # What the others do meanwhile is not known ahead: each impact moves those that rest.
     start = begin(model, s)
+    fades = _fading(friction, model, s)
+    if np.any(fades):
+        v = s.v + _stop(model, s, start, fades)
+        settle(friction, model, segment_of_all(s.periods, s.time, s.x, v, s.bodies), TAIL)
+        return v
     any_rests = False
     for k in range(len(s.bodies)):
         any_rests = any_rests or has_nothing_left(friction, model, s, start, k, 0.0)
@@ -282,6 +286,61 @@ def _close(friction, model, s):
     v = s.v + rest_together(model, s, begin(model, s))
     settle(friction, model, segment_of_all(s.periods, s.time, s.x, v, s.bodies), TAIL)
     return v
+
+
+@compiled
+def _fading(friction, model, s):
+    """Which masses have all but no speed after an impact that had none either.
+
+    Where a wall presses one only as long as others rest that each impact moves, no sequence is one
+    of its own, and speeds fall without end in no time. What is left of them here is so little that
+    who rests is a question of forces alone.
+    """
+    bodies = s.bodies
+    fades = np.zeros(len(bodies))
+    a = abs(motion_from(model.free, s.x, s.v, phase_at(model.free.forcing, s.periods, s.time)).a)
+    any_hits = False
+    for k in range(len(bodies)):
+        b, most = bodies[k], friction_of(friction, k)
+        least = (a + abs(float(model.masses[k, GRAVITY])) + most) * _soon(model)
+        near = 2.0 * b[GAP] <= least
+        if b[MODE] == FLIGHT and abs(b[RATE]) <= least and (near or most > 0.0):
+            fades[k] = 1.0
+            b[GAP] = 0.0 if near else b[GAP]
+            any_hits = any_hits or (b[CAUSE] == IMPACT and b[SPEED] <= least)
+    return fades if any_hits else np.zeros(len(bodies))
+
+
+@compiled
+def _stop(model, s, start, fades):
+    """Take their speed from masses, in place; the change of the primary's velocity."""
+    bodies = s.bodies
+    heavier, pushed = 1.0 + start.joined, 0.0
+    for k in range(len(bodies)):
+        ratio = float(fades[k] * model.masses[k, RATIO])
+        heavier += ratio
+        pushed += float(bodies[k, SIDE]) * ratio * float(bodies[k, RATE])
+    change = -pushed / heavier
+    for k in range(len(bodies)):
+        b = bodies[k]
+        if fades[k] == 0.0:
+            b[RATE] += b[SIDE] * change if b[MODE] == FLIGHT else 0.0
+            continue
+        if b[CAUSE] == IMPACT:
+            # It is asked again at the end of the tail, which the others may have let go of.
+            b[MODE], b[COMPLETION] = TAIL, -SHORTEST
+        elif b[CAUSE] == RELEASE:
+            b[MODE], b[CAUSE], b[SPEED] = STICKING, NOTHING, -b[RATE]
+        elif b[CAUSE] == SLIP:
+            b[MODE], b[CAUSE] = RESTING, NOTHING
+        b[RATE], b[WAY] = 0.0, 0.0
+    return change
+
+
+@compiled
+def _soon(model):
+    """The square of the longest time that counts as none."""
+    return (NOTHING_LEFT * model.tolerance) ** 2
 
 
 @has_nothing_left.of(Friction)
