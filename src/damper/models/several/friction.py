@@ -278,12 +278,7 @@ def _close(friction, model, s):
         any_rests = any_rests or has_nothing_left(friction, model, s, start, k, 0.0)
     if not any_rests:
         return s.v
-    for k in range(len(s.bodies)):
-        b = s.bodies[k]
-        if b[MODE] == FLIGHT and b[CAUSE] == RELEASE and b[RATE] == 0.0:
-            # Those that were moved have let go of it; how they move is about to change.
-            b[MODE], b[CAUSE], b[WAY] = STICKING, NOTHING, 0.0
-    v = s.v + rest_together(model, s, begin(model, s))
+    v = s.v + rest_together(model, s)
     settle(friction, model, segment_of_all(s.periods, s.time, s.x, v, s.bodies), TAIL)
     return v
 

@@ -142,7 +142,7 @@ def _close(friction, model, s):
                     bodies[j, MODE] = TAIL
                     bodies[j, COMPLETION] = left
             return s.v
-    return s.v + rest_together(model, s, start) if any_rests else s.v
+    return s.v + rest_together(model, s) if any_rests else s.v
 
 
 @compiled
@@ -194,13 +194,19 @@ def _fade(model, s):
 
 
 @compiled
-def rest_together(model: Several, s: SeveralSegment, start: Start) -> float:
+def rest_together(model: Several, s: SeveralSegment) -> float:
     """Let all rest at once that have nothing left, in place; the change of the primary's velocity.
 
     That takes speed from those which have just kicked others off their wall. It would from all that
     are left as well, so one that kicks others comes to rest with them even where it is elastic.
     """
     bodies = s.bodies
+    for k in range(len(bodies)):
+        b = bodies[k]
+        if b[MODE] == FLIGHT and b[CAUSE] == RELEASE and b[RATE] == 0.0:
+            # A kick that is none has released it.
+            b[MODE], b[CAUSE], b[WAY] = STICKING, NOTHING, 0.0
+    start = begin(model, s)
     rests = np.zeros(len(bodies))
     change, last = 0.0, -1.0
     while np.sum(rests) > last:
@@ -220,9 +226,6 @@ def rest_together(model: Several, s: SeveralSegment, start: Start) -> float:
             b[MODE], b[CAUSE], b[SPEED], b[RATE] = STICKING, NOTHING, -b[RATE], 0.0
         elif rests[k] == 1.0:
             b[MODE], b[COMPLETION], b[RATE] = TAIL, 0.0, 0.0
-        elif b[MODE] == FLIGHT and b[CAUSE] == RELEASE and b[RATE] == 0.0:
-            # A kick that is none has released it.
-            b[MODE], b[CAUSE], b[WAY] = STICKING, NOTHING, 0.0
         elif b[MODE] == FLIGHT:
             b[RATE] += b[SIDE] * change
     return change
