@@ -173,13 +173,6 @@ def test_only_one_model_at_a_time() -> None:
         Parameters(**QUIET, friction=0.1, support_stiffness_ratio=0.1)
 
 
-def test_the_observer_of_decay_refuses_friction() -> None:
-    with pytest.raises(ValueError, match=r"^decay does not know dry friction"):
-        simulate(
-            **QUIET, friction=0.1, force_amplitude=0.0, transient=0, periods=1, observers=["decay"]
-        )
-
-
 def test_no_derivative_by_friction() -> None:
     orbit = periodic_orbit(Parameters(**QUIET), settle=20)
     with pytest.raises(ValueError, match=r"^no derivative by friction"):

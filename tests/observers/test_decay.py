@@ -102,12 +102,26 @@ def test_peaks_through_impacts_are_those_of_an_integrator() -> None:
         {"support_stiffness_ratio": 0.3, "support_damping_ratio": 0.02},
         {"contact_stiffness_ratio": 1e3},
         {"gravity": 0.05},
+        {"friction": 0.02},
+        {"friction": 0.02, "masses": [{}, {"clearance": 0.5, "friction": 0.1}]},
     ],
-    ids=["chattering", "plastic", "heavy", "overdamped", "grounded", "compliant", "gravity"],
+    ids=[
+        "chattering",
+        "plastic",
+        "heavy",
+        "overdamped",
+        "grounded",
+        "compliant",
+        "gravity",
+        "friction",
+        "friction of two",
+    ],
 )
-def test_energies_add_up(changes: dict[str, float]) -> None:
+def test_energies_add_up(changes: dict[str, Any]) -> None:
     cube = observed(**changes)
-    parts = [float(cube[f"energy_{name}"]) for name in ("to_impacts", "to_dashpot", "left")]
+    takes = ("to_impacts", "to_dashpot", "left", "to_friction")
+    parts = [float(cube[f"energy_{name}"]) for name in takes]
+    assert (parts[3] > 0.0) == ("friction" in changes)
     start = float(cube.energy_at_start)
     if changes.keys().isdisjoint({"support_stiffness_ratio", "gravity"}):
         v = changes.get("initial_velocity", 0.0)
@@ -118,6 +132,18 @@ def test_energies_add_up(changes: dict[str, float]) -> None:
 
 
 UNLIKE = [{"clearance": 0.5, "gravity": 0.05}, {"mass_ratio": 0.3, "restitution": 0.3}, {}]
+
+
+def test_a_heavy_mass_that_rubs_is_a_coulomb_damper() -> None:
+    """Of Coulomb friction F peaks fall by 2 F each half cycle, and take as long as without."""
+    force = 0.05
+    cube = observed(damping_ratio=0.0, mass_ratio=1e10, friction=force / 1e10, clearance=100.0)
+    peaks = listed(cube, "peak_amplitude")
+    assert len(peaks) > 10
+    np.testing.assert_allclose(peaks, 2.0 - 2.0 * force * np.arange(len(peaks)), atol=1e-8)
+    np.testing.assert_allclose(
+        listed(cube, "peak_time"), math.pi * np.arange(len(peaks)), atol=1e-7
+    )
 
 
 def test_what_each_of_several_masses_takes_adds_up() -> None:

@@ -15,7 +15,7 @@ from damper.models.response import integrate_segment, own_loss, own_share, prepa
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import BODIES, Setting
 from damper.observers.response import TOTALS, follow
-from damper.parameters.models import FRICTIONLESS
+from damper.parameters.models import MODELS, models_of
 from damper.parameters.variables import ENERGY, LENGTH, TIME, Variable
 
 #: Half cycles so far; the side of zero that x is on; the highest |x| there and its time; the first
@@ -60,7 +60,7 @@ class Decay(Observer):
     stays missing but `vibration`, which says so, and studies refuse it.
     """
 
-    models = FRICTIONLESS
+    models = tuple(MODELS)
     bodies = BODIES
     half_cycles = Setting(
         1000, "Half cycles of each run that are listed, the first ones.", ge=3, le=10_000_000
@@ -112,6 +112,12 @@ class Decay(Observer):
             "energy lost in the dashpot",
             ENERGY,
             comment=f"with that of a support of the free mass; {_NONE}",
+        ),
+        Variable(
+            "energy_to_friction",
+            "energy lost in dry friction of all free masses",
+            ENERGY,
+            comment=_NONE,
         ),
         Variable("energy_left", "energy at the end of the record", ENERGY, comment=_NONE),
         Variable(
@@ -171,13 +177,17 @@ class Decay(Observer):
         if not (finished and self._is_free):
             return
         total, half = read_record(self._totals), read_record(self._half)
-        dashpot = 2.0 * self._model.free.damping * total.speed_square + total.support
+        # What a support takes and what friction does are one number: no damper has both.
+        rubs = "sliding" in models_of(self._model)
+        support, friction = (0.0, total.support) if rubs else (total.support, 0.0)
+        dashpot = 2.0 * self._model.free.damping * total.speed_square + support
         self._put(
             {
                 "half_cycles": half.number,
                 "energy_at_start": total.stored,
                 "energy_to_impacts": half.lost if self.bodies else total.loss,
                 "energy_to_dashpot": dashpot,
+                "energy_to_friction": friction,
                 "energy_left": total.stored_last,
             }
         )
