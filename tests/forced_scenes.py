@@ -60,9 +60,8 @@ FORCES = {
     "noise": lambda draw: Noise(draw.randint(0, 99), 0.1, 30.0, (0.5, 4.0)),
 }
 #: Of the inertia in a frame that moves, which dry friction refuses.
-INERTIAL = ("base in its own frame", "record of the base", "held record of the base")
 #: Each model, or law, with each force.
-PAIRS = [(m, f) for m in MODELS for f in FORCES if m != "sliding" or f not in INERTIAL]
+PAIRS = [(m, f) for m in MODELS for f in FORCES]
 
 
 def driven(draw: random.Random, force: str, decades: tuple[float, float]) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from studies import blame
 from damper import (
     Base,
     Parameters,
-    Record,
     SIParameters,
     State,
     events,
@@ -24,8 +22,8 @@ from damper import (
 from damper.engine.compiled import plain
 from damper.engine.segment import CAUSE, COMPLETION, GAP, NOTHING
 from damper.models import start_run
+from damper.observers.common.laws import broken
 
-MOVED = "base_acceleration"
 IMPACT, STICK, RELEASE, STOPPED, REST, SLIP, REVERSAL = range(7)
 
 
@@ -160,11 +158,15 @@ def test_losses_against_samples() -> None:
     assert {0.0, 2.0} <= set(kept.trajectory_mode.values)
 
 
-@pytest.mark.parametrize("forcing", [Base("base"), Record([0.0, 1.0], [1.0, 1.0], of=MOVED)])
-def test_the_frame_of_a_base_is_refused(forcing: Any) -> None:
-    p = Parameters(**QUIET, friction=0.1, forcing=forcing)
-    with pytest.raises(ValueError, match=r"^friction = 0\.1 with .* is not known in the frame"):
-        events(p, until=1.0)
+@plain
+def test_the_laws_hold_in_the_frame_of_a_base() -> None:
+    given = {"forcing": Base("base"), "force_amplitude": 5.0, "friction": 0.05, "clearance": 0.2}
+    cube = simulate(
+        **QUIET | given, initial_velocity=1.0, observers=["laws"], transient=0, periods=4
+    )
+    assert cube.status == 0
+    assert cube.segments > 50
+    assert not broken({name: cube[name].values[None] for name in cube.data_vars}).any()
 
 
 def test_only_one_model_at_a_time() -> None:

@@ -4,12 +4,34 @@ What is left of the force that holds the mass at rest is one quantity, the relat
 the other. docs/models.md.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from damper.engine.bodies import WeightedSum
+from damper.engine.bodies import Ballistic, WeightedSum
 from damper.engine.compiled import compiled
+from damper.engine.dispatch import by_class
+from damper.engine.forcing.weighed import WeighedForce
+from damper.engine.oscillator import Oscillator, oscillator
 from damper.engine.search import ROUNDOFF, EventPoint, point_at, rates_of
 from damper.models.rigid import ContactForce, force_point
+
+
+@by_class
+def pushed_by(mass: Any, acceleration: float) -> Any:
+    """A free mass in flight with a constant acceleration beside what else acts on it."""
+
+
+@pushed_by.of(Ballistic)
+def _ballistic_pushed_by(mass, acceleration):
+    # Compiled code knows no defaults.
+    return Ballistic(mass.acceleration + acceleration, 0.0, 0.0, 0.0)
+
+
+@pushed_by.of(Oscillator)
+def _driven_pushed_by(mass, acceleration):
+    # That of the inertia in the frame of a base, which has a weight beside it.
+    forcing = mass.forcing
+    weight = forcing.weight + acceleration
+    return oscillator(0.0, 0.0, 1.0, WeighedForce(forcing.forcing, forcing.share, weight))
 
 
 class Hold(NamedTuple):

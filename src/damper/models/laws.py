@@ -7,9 +7,9 @@ from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
 from damper.engine.forcing import bound_of, phase_at, rate_of
 from damper.engine.model import mass_ratio_at
-from damper.engine.oscillator import Oscillator
+from damper.engine.oscillator import Motion, Oscillator
 from damper.engine.segment import Segment
-from damper.models.flights import unclipped
+from damper.models.flights import Both, unclipped
 
 
 class Sample(NamedTuple):
@@ -141,7 +141,18 @@ def _ballistic_size(mass, start, tau):
 
 @mass_size.of(Oscillator)
 def _oscillator_size(mass, start, tau):
-    return abs(start.mass.v) * tau + abs(start.mass.x)
+    own = mass_motion(start)
+    return abs(own.v) * tau + abs(own.x)
+
+
+@by_class
+def mass_motion(start: Any) -> Motion:
+    """Motion of a free mass on which a force acts, of what its flight follows from."""
+
+
+@mass_motion.of(Both)
+def _motion_of_both(start):
+    return start.mass
 
 
 @mass_speed.of(Ballistic)

@@ -524,19 +524,24 @@ class _Motion:
             (0, -place.side) if place.gap == 0 else (0, 1, -1)
             for place in (before[n] for n in asked)
         ]
+        force = self.system.force.coefficients(self.t, 1)[0]
+        carried = force if self.system.inertial else mpf(0)
         for ways in product(*options):
             for n, way in zip(asked, ways, strict=True):
                 place = before[n]._replace(rate=mpf(0), way=way if masses[n].friction else 0)
                 mode = FLIGHT if way else STICKING if place.gap == 0 else RESTING
                 self.places[n] = place._replace(mode=mode, zeros=0)
-            a = 2 * self._series(3)[0][2]
+            a = 2 * self._series(3)[0][2] - carried
             if all(self._allows(n, way, a) for n, way in zip(asked, ways, strict=True)):
                 break
         for n in asked:
             self._list_change(n, before[n])
 
     def _allows(self, number: int, way: int, a: mpf) -> bool:
-        """Whether a mass rests, or slides a way, where the primary has an acceleration."""
+        """Whether a mass rests, or slides a way, where the primary has this acceleration.
+
+        It is that beyond what inertia gives all masses in the frame of a base.
+        """
         place, mass = self.places[number], self.system.masses[number]
         asks, most = a + mass.gravity, mass.friction
         if way:

@@ -26,6 +26,7 @@ from damper.engine.segment import NOTHING, RESTING, STICKING, TAIL, Segment
 from damper.models import rigid
 from damper.models.flights import Both, gap_of
 from damper.models.forces import drive_of
+from damper.models.friction import pushed_by
 from damper.models.rigid import Rigid
 from damper.parameters import Parameters
 
@@ -70,7 +71,7 @@ class Several(NamedTuple):
     stuck: Oscillator
     """All masses together."""
     mass: Any
-    """A free mass in flight, but for its weight."""
+    """A free mass in flight, but for its weight and friction."""
     share: float
     """Acceleration of a free mass by the force, over that of the primary."""
     masses: np.ndarray
@@ -135,13 +136,8 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Several:
     total = float(np.sum(masses[:, RATIO]))
     heavier = 1.0 + total
     strength = drive.amplitude * (1.0 + total * drive.share) / heavier
-    forcing, mass = drive.forcing, made.mass
+    forcing, mass = drive.forcing, Ballistic(0.0)
     friction = np.array([q.friction for q in each])
-    if friction.any() and drive.share:
-        raise ValueError(
-            f"friction = {float(friction.max())!r} with {p.forcing!r}: friction is not known in "
-            "the frame of a base that moves; give the force in that of the ground"
-        )
     if np.any(masses[:, GRAVITY] != 0.0) or friction.any():
         forcing = WeighedForce(forcing, strength, 0.0)
     if drive.share:
@@ -173,28 +169,11 @@ def _driven_weighed(forcing, damping, stiffness, strength, weight):
     return oscillator(damping, stiffness, 1.0, WeighedForce(forcing.forcing, strength, weight))
 
 
-@by_class
-def _weighing(mass: Any, gravity: float) -> Any:
-    """A free mass in flight under its own gravity."""
-
-
-@_weighing.of(Ballistic)
-def _weighing_ballistic(mass, gravity):
-    # Compiled code knows no defaults.
-    return Ballistic(0.0 - gravity, 0.0, 0.0, 0.0)
-
-
-@_weighing.of(Oscillator)
-def _weighing_driven(mass, gravity):
-    forcing = mass.forcing
-    return oscillator(0.0, 0.0, 1.0, WeighedForce(forcing.forcing, forcing.share, -gravity))
-
-
 @compiled
 def mass_of(model: Several, k: int, way: float) -> Any:
     """A free mass in flight, which rubs on its box where it goes a `way`."""
     slowed = way * friction_of(model.friction, k)
-    return _weighing(model.mass, float(model.masses[k, GRAVITY]) + slowed)
+    return pushed_by(model.mass, -(float(model.masses[k, GRAVITY]) + slowed))
 
 
 @by_class

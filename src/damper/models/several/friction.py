@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from damper.engine.bodies import start_point
+from damper.engine.bodies import acceleration_of, start_point
 from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at
 from damper.engine.oscillator import motion_from
@@ -131,7 +131,7 @@ def _settle(friction, model, s, mode):
             b[GAP] = 0.0
         on_wall = b[GAP] == 0.0
         if is_joined(b[MODE]) or (b[RATE] == 0.0 and (on_wall or most > 0.0) and not leaves):
-            levels[k] = -model.masses[k, GRAVITY]
+            levels[k] = acceleration_of(mass_of(model, k, 0.0), 0.0, 0.0, phase)
             low[k] = -math.inf if on_wall and b[SIDE] > 0.0 else -most
             high[k] = math.inf if on_wall and b[SIDE] < 0.0 else most
         else:
@@ -238,10 +238,10 @@ def _let_go(friction, model, bodies, k, side):
     b = bodies[k]
     stops, rate = b[MODE] == FLIGHT, float(b[SIDE] * b[RATE])
     way = float(b[WAY] if stops else -side * b[SIDE])
-    most = _acceleration(friction, model, k, way)
+    most = _level(friction, model, k, way)
     for j in range(len(bodies)):
         c = bodies[j]
-        if _acceleration(friction, model, j, way) != most:
+        if _level(friction, model, j, way) != most:
             continue
         if stops:
             if c[MODE] == FLIGHT and c[WAY] == way and c[SIDE] * c[RATE] == rate:
@@ -256,8 +256,8 @@ def _let_go(friction, model, bodies, k, side):
 
 
 @compiled
-def _acceleration(friction, model, k, way):
-    """Of a mass that slides this way."""
+def _level(friction, model, k, way):
+    """Acceleration of a mass that slides this way, but for what all masses have."""
     return -float(model.masses[k, GRAVITY]) - way * friction_of(friction, k)
 
 
@@ -349,7 +349,8 @@ def _has_nothing_left(friction, model, s, start, k, change):
         r = max(rate, 0.0) / float(b[SPEED])
     # What presses on the way out and on the way back.
     joined = 1.0 + start.joined
-    out = side * (_acceleration(friction, model, k, float(b[WAY])) - start.primary.a)
+    own = acceleration_of(mass_of(model, k, float(b[WAY])), 0.0, 0.0, start.primary.phase)
+    out = side * (own - start.primary.a)
     back = out - 2.0 * (joined + float(model.masses[k, RATIO])) / joined * most
     if not back > 0.0 or r * math.sqrt(back / out) >= 1.0:
         return False

@@ -7,12 +7,16 @@ several that bounce as one, about the centre of all.
 import math
 from typing import Any
 
+from damper.engine.bodies import Ballistic
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
 from damper.engine.forcing import force_rates
+from damper.engine.oscillator import Oscillator
+from damper.engine.search import point_at
 from damper.engine.segment import FLIGHT, TAIL
 from damper.models import extremes
 from damper.models import response as declared
+from damper.models.flights import gap_of
 from damper.models.several import bodies as several
 from damper.models.several.motion import bodies_in, primary_after, state_in
 from damper.models.several.pinch import is_pinched, lost_in_pinch, share_of_pinch
@@ -114,20 +118,39 @@ def _nothing_rubbed(friction, model, segment, low, high):
 
 @rubbed_in.of(several.Friction)
 def _rubbed_in(friction, model, segment, low, high):
-    # A slide goes one way. As a difference of gaps it would have the roundoff of a long box.
+    # A slide goes one way.
     start = several.begin(model, segment)
-    _, _, before, _ = primary_after(start, low)
-    _, _, after, _ = primary_after(start, high)
     lost = 0.0
     for k in range(len(segment.bodies)):
         b = segment.bodies[k]
         if b[several.MODE] == FLIGHT and b[several.WAY] != 0.0:
-            rate = float(b[several.RATE]) + float(b[several.SIDE]) * (start.primary.v - segment.v)
-            a = several.mass_of(model, k, float(b[several.WAY])).acceleration
-            fallen = 0.5 * a * (high - low) * (high + low)
-            slid = abs(rate * (high - low) + b[several.SIDE] * ((after - before) - fallen))
+            slid = abs(_moved(model.mass, model, segment, start, k, low, high))
             lost += float(model.masses[k, several.RATIO]) * friction.accelerations[k] * slid
     return lost
+
+
+@by_class
+def _moved(mass: Any, model: Any, s: Any, start: Any, k: int, low: float, high: float) -> float:
+    """By how much the gap of a mass in flight changes in a part of a segment."""
+
+
+@_moved.of(Ballistic)
+def _ballistic_moved(mass, model, s, start, k, low, high):
+    # As a difference of gaps it would have the roundoff of a long box.
+    b = s.bodies[k]
+    _, _, before, _ = primary_after(start, low)
+    _, _, after, _ = primary_after(start, high)
+    rate = float(b[several.RATE]) + float(b[several.SIDE]) * (start.primary.v - s.v)
+    a = several.mass_of(model, k, float(b[several.WAY])).acceleration
+    fallen = 0.5 * a * (high - low) * (high + low)
+    return rate * (high - low) + float(b[several.SIDE]) * ((after - before) - fallen)
+
+
+@_moved.of(Oscillator)
+def _driven_moved(mass, model, s, start, k, low, high):
+    seg, view, own = several.flight_of_body(model, s, start, k)
+    moving = gap_of(own, view, seg, 1.0)
+    return point_at(moving, high).value - point_at(moving, low).value
 
 
 @declared.integrate_segment.of(several.Several)
@@ -143,7 +166,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
         if not several.is_joined(s.bodies[k, several.MODE]):
             own = float(model.masses[k, several.RATIO]) * (1.0 + start.joined)
             seg = several.segment_of(s, start, k)
-            view = several.view_of(model, start, k, own, seg.side, 0.0)
+            view = several.view_of(model, start, k, own, seg.side, float(s.bodies[k, several.WAY]))
             work += declared.work_in_flight(view.mass, view, seg, low, high)
     lost = 0.0
     if is_pinched(s.bodies):

@@ -11,12 +11,13 @@ import math
 from typing import Any, NamedTuple
 
 from damper.engine import model as declared
-from damper.engine.bodies import Ballistic, start_point
+from damper.engine.bodies import start_point
 from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import horizon, may_jump, phase_at
+from damper.engine.forcing.weighed import WeighedForce
 from damper.engine.impact import impact, law_at, restitution_at
 from damper.engine.model import Step
-from damper.engine.oscillator import Motion, Oscillator, advance, motion_from
+from damper.engine.oscillator import Oscillator, advance, motion_from, oscillator
 from damper.engine.search import GAVE_UP, HORIZON, first_root, point_at
 from damper.engine.segment import (
     FLIGHT,
@@ -35,7 +36,7 @@ from damper.engine.segment import (
     segment_after,
 )
 from damper.models import flights, rigid, walls
-from damper.models.friction import Hold, Speed, hold_at_start, speed_point
+from damper.models.friction import Hold, Speed, hold_at_start, pushed_by, speed_point
 from damper.models.rigid import ContactForce, Rigid
 from damper.parameters import Parameters
 
@@ -50,7 +51,7 @@ class Sliding(NamedTuple):
     tolerance: float
     free: Oscillator
     stuck: Oscillator
-    mass: Ballistic
+    mass: Any
     """The free mass where nothing rubs."""
     friction: float
     """Acceleration that friction gives the free mass while it slides."""
@@ -65,19 +66,18 @@ class Slide(NamedTuple):
     """The rigid damper whose flight it is."""
     shifted: Segment
     """The segment, with the displacement from where the primary would rest."""
-    start: Motion
+    start: Any
+    """As of `damper.models.flights.begin_flight`."""
 
 
 @plain
 def prepare(parameters: Parameters, law: Any, accuracy: float) -> Sliding:
     """Constants of one run."""
     made = rigid.prepare(parameters, law, accuracy)
-    if not isinstance(made.mass, Ballistic):
-        raise ValueError(
-            f"friction = {parameters.friction!r} with {parameters.forcing!r}: friction is not "
-            "known in the frame of a base that moves; give the force in that of the ground"
-        )
-    return Sliding(*made, parameters.friction)
+    mass = made.mass
+    if isinstance(mass, Oscillator) and not isinstance(mass.forcing, WeighedForce):
+        mass = oscillator(0.0, 0.0, 1.0, WeighedForce(mass.forcing, mass.strength, 0.0))
+    return Sliding(*made._replace(mass=mass), parameters.friction)
 
 
 declared.mass_ratio_at.like(Sliding, Rigid)
@@ -159,7 +159,7 @@ def _begin(model, segment):
         model.tolerance,
         model.free,
         model.stuck,
-        Ballistic(model.mass.acceleration - sigma * model.friction),
+        pushed_by(model.mass, -(sigma * model.friction)),
     )
     # At a breakaway both accelerations are the same, as at a release.
     smooth = s.cause == SLIP

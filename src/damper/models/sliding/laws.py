@@ -2,9 +2,14 @@
 
 from damper.engine.segment import STICKING
 from damper.models import laws as declared
-from damper.models.sliding import Sliding
+from damper.models.sliding import Slide, Sliding
 
 declared.have_rigid_walls(Sliding)
+
+
+@declared.mass_motion.of(Slide)
+def _motion_in_slide(start):
+    return declared.mass_motion(start.start)
 
 
 @declared.force_bound.of(Sliding)

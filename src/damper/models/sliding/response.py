@@ -6,6 +6,7 @@ in the place of what a support does, which no damper with friction has.
 
 import math
 
+from damper.engine.bodies import strength_on
 from damper.engine.compiled import compiled
 from damper.engine.forcing import force_rates, phase_at
 from damper.engine.model import begin, motion
@@ -17,6 +18,7 @@ from damper.models.response import (
     have_rigid_walls,
     integrate_segment,
     oscillation,
+    work_in_flight,
 )
 from damper.models.sliding import Sliding, bounce_of, shift_of
 
@@ -32,30 +34,35 @@ def _integrate_segment(model, tables, segment, low, high, peak):
     start = motion_from(model.stuck, s.x, centre_velocity(s, model.mass_ratio), phase)
     in_tail = s.mode == TAIL and s.gap_rate > 0.0
     found = oscillation(ShiftedOscillator(model.stuck, start, 0.0), low, high, peak)
-    found = _with_work(model, found, 0.0)
+    found = _together(model, found)
     if in_tail:
         return _with_bounces(model, s, start, found, low, high)
     return found
 
 
 @compiled
-def _with_work(model, found, friction):
-    """Integrals with the work of the force, and what friction takes."""
-    work = model.free.strength * found.work
-    return ResponseIntegrals(found.square, found.speed_square, work, 0.0, friction, 0.0, found.peak)
+def _together(model, found):
+    """Integrals with the work of the force on both masses, which move as one."""
+    strength = model.free.strength + model.mass_ratio * strength_on(model.mass)
+    work = strength * found.work
+    return ResponseIntegrals(found.square, found.speed_square, work, 0.0, 0.0, 0.0, found.peak)
 
 
 @compiled
 def _integrate_slide(model, s, low, high, peak):
     free = model.free
-    shift = shift_of(model, begin(model, s).sigma)
+    slide = begin(model, s)
+    shift = shift_of(model, slide.sigma)
     phase = phase_at(free.forcing, s.periods, s.time)
     moving = ShiftedOscillator(free, motion_from(free, s.x - shift, s.v, phase), -shift)
     found = oscillation(moving, low, high, peak)
     _, _, gap_low, _ = motion(model, s, low)
     _, _, gap_high, _ = motion(model, s, high)
     slid = abs(gap_high - gap_low)
-    return _with_work(model, found, model.mass_ratio * model.friction * slid)
+    rubbed = model.mass_ratio * model.friction * slid
+    on_mass = work_in_flight(slide.flight.mass, slide.flight, slide.shifted, low, high)
+    work = free.strength * found.work + on_mass
+    return ResponseIntegrals(found.square, found.speed_square, work, 0.0, rubbed, 0.0, found.peak)
 
 
 @compiled
@@ -78,7 +85,7 @@ def _with_bounces(model, s, start, centre, low, high):
         # Until it ends, a bounce holds what its height and its speed are worth without friction.
         lost -= sign * 0.5 * abs(share) * (rate * rate + pressing * gap)
         carried = sign * share * gap
-        work += model.free.strength * (force + tau * force1) * carried
+        work += (model.free.strength - strength_on(model.mass)) * (force + tau * force1) * carried
         speed_square += 2.0 * (start.v + tau * start.a) * carried
     # The first bounce on from here rises highest.
     top = min(max(s.gap_rate / bounce.out, low), high)
