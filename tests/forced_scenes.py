@@ -146,11 +146,19 @@ def largest_error(found: Rows, exact: Rows) -> float:
     return max(errors)
 
 
-def assert_first_ones_agree(values: dict[str, Any], state: tuple[float, ...]) -> None:
-    """The first events of a scene are those in many digits, within `ERROR`."""
-    found, exact = rows_of_both(values, state, 0.5 * length_of(values, state))
-    assert len(found) >= 2
-    assert largest_error(found, exact) < ERROR
+def assert_first_ones_agree(*scenes: tuple[dict[str, Any], tuple[float, ...]]) -> None:
+    """The first events of scenes are those in many digits, within `ERROR`.
+
+    Of one scene after another until there are two: weight may hold a soft damper on its wall.
+    """
+    count = 0
+    for values, state in scenes:
+        found, exact = rows_of_both(values, state, 0.5 * length_of(values, state))
+        assert largest_error(found, exact) < ERROR
+        count += len(found)
+        if count >= 2:
+            return
+    assert count >= 2
 
 
 def judged(scenes: Iterable[tuple[dict[str, Any], tuple[float, ...]]]) -> set[str]:

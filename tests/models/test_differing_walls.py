@@ -84,7 +84,7 @@ def test_compliant_walls_are_those_of_many_digits(name: str, gravity: float) -> 
     for _ in range(3):
         values, state = random_scene(name, rng)
         values["gravity"] = gravity
-        assert_first_ones_agree(values, (state.x, state.v, state.y, state.u))
+        assert_first_ones_agree((values, (state.x, state.v, state.y, state.u)))
 
 
 @compliant

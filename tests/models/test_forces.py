@@ -43,7 +43,7 @@ from damper.parameters.forcing import (
 )
 @plain
 def test_events_against_many_digits(model: str, force: str) -> None:
-    assert_first_ones_agree(*random_scene(model, force, 0))
+    assert_first_ones_agree(random_scene(model, force, 0))
 
 
 @pytest.mark.exhaustive

@@ -89,29 +89,39 @@ def word(log: np.ndarray) -> list[tuple[float, float]]:
 
 
 def difference(
-    end: Callable[[float], tuple[np.ndarray, np.ndarray]], largest: float
+    end: Callable[[float], tuple[np.ndarray, np.ndarray]], step: float
 ) -> tuple[np.ndarray, float] | None:
-    """Derivative by central differences of two steps, and what these differ by.
+    """Derivative by central differences, and what these change by when the step is halved.
 
-    None where the events differ.
+    Of the step or ten times that, whichever changes less: one is too long beside a grazing impact,
+    the other too short where roundoff grows. None where the events differ.
     """
-    slopes = []
     events = word(end(0.0)[1])
-    for step in (largest, 0.5 * largest):
-        (above, log), (below, other) = end(step), end(-step)
-        if not word(log) == word(other) == events:
-            return None
-        slopes.append((above - below) / (2.0 * step))
-    return (4.0 * slopes[1] - slopes[0]) / 3.0, float(abs(slopes[1] - slopes[0]).max())
+    found = []
+    for largest in (step, 10.0 * step):
+        slopes = []
+        for width in (largest, 0.5 * largest):
+            (above, log), (below, other) = end(width), end(-width)
+            if word(log) == word(other) == events:
+                slopes.append((above - below) / (2.0 * width))
+        if len(slopes) == 2:
+            change = float(abs(slopes[1] - slopes[0]).max())
+            found.append(((4.0 * slopes[1] - slopes[0]) / 3.0, change))
+    return min(found, key=lambda one: one[1], default=None)
 
 
 def differences(p: Parameters, start: np.ndarray, periods: float) -> np.ndarray | None:
-    """Derivative by the start; None where the events differ."""
+    """Derivative by the start; None where the events differ, or a halved step changes it."""
     columns = [
         difference(lambda step, way=way: run(p, start + step * way, periods), 1e-6)  # type: ignore[misc]
         for way in np.eye(4)
     ]
-    return None if None in columns else np.stack([found[0] for found in columns if found], axis=1)
+    found = [column for column in columns if column is not None]
+    if len(found) < 4:
+        return None
+    slopes = np.stack([slope for slope, _ in found], axis=1)
+    # Beside a grazing impact differences are no derivative.
+    return slopes if max(change for _, change in found) < 1e-4 * abs(slopes).max() else None
 
 
 @pytest.mark.parametrize(("kind", "block"), CASES)
@@ -124,7 +134,6 @@ def test_deviations_are_differences_of_runs(kind: str, block: int) -> None:
         _, log = run(p, start, periods)
         trajectory = start_run(p, State(*start), accuracy=1e-15)
         exact = derivative(trajectory, *trajectory.whole_periods(periods * p.cycle))
-        # Beside a grazing impact differences are no derivative.
         if abs(exact).max() > 100.0:
             continue
         found = differences(p, start, periods)

@@ -189,11 +189,11 @@ def test_every_module_that_a_script_loads_is_behind_its_digest(script: str) -> N
     assert names
     modules = NAMED.get(script, ())
     paths = set(loaded((*names, *modules)))
+    assert paths
     # What the study language makes of a study stands among the settings of its jobs.
     if "study/kinds.py" in paths:
         paths -= set(loaded(["damper.study.kinds"]))
     paths = {path for path in paths if not path.startswith("study/")}
     # A package's front that holds nothing but a docstring changes nothing.
     paths = {path for path in paths if len(ast.parse((PACKAGE / path).read_text()).body) > 1}
-    assert paths
     assert paths <= behind(SCRIPTS / script, modules)

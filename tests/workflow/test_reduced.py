@@ -97,7 +97,9 @@ def test_every_study_of_the_default_configuration(everything):
             assert 1000 < path.stat().st_size < 2_000_000, path
         if name not in CHECKS:
             with xr.open_dataset(made / "cube.nc") as cube:
-                assert (cube.status == 0).all(), name
+                # Elastic impacts use up the events that the studies of extremes allow.
+                stopped = {0, 1} if name.startswith("stress") else {0}
+                assert set(np.unique(cube.status)) <= stopped, name
 
 
 def test_solvers_are_compared(reduced):
