@@ -16,12 +16,12 @@ from damper import (
     SIParameters,
     State,
     events,
-    periodic_orbit,
     simulate,
 )
 from damper.engine.compiled import plain
 from damper.engine.segment import CAUSE, COMPLETION, GAP, NOTHING
 from damper.models import start_run
+from damper.models.tangent import derivative
 from damper.observers.common.laws import broken
 
 IMPACT, STICK, RELEASE, STOPPED, REST, SLIP, REVERSAL = range(7)
@@ -175,18 +175,21 @@ def test_only_one_model_at_a_time() -> None:
         Parameters(**QUIET, friction=0.1, support_stiffness_ratio=0.1)
 
 
-def test_no_derivative_by_friction() -> None:
-    orbit = periodic_orbit(Parameters(**QUIET), settle=20)
-    with pytest.raises(ValueError, match=r"^no derivative by friction"):
-        orbit.sensitivity("friction")
+@plain
+def test_no_derivative_where_it_stops_at_the_very_wall() -> None:
+    """The speed between one that reaches the wall, which is 1 away, and one that does not."""
+    p = Parameters(mass_ratio=1e-6, restitution=0.5, friction=0.5, **SWING)
+    run = start_run(p, State(0.0, 0.0, 0.0, 1.0000003540367046))
+    with pytest.raises(ValueError, match=r"^no derivative: the free mass comes to rest at the "):
+        derivative(run, *run.whole_periods(3.0))
 
 
 def test_studies_refuse_what_does_not_know_friction(tmp_path: Path) -> None:
     study = small_study()
     study["parameters"]["friction"] = 0.1
-    study["observers"] |= {"lyapunov": {}}
+    study["observers"] |= {"accumulation": {}}
     message = blame(tmp_path, study)
-    assert "observers.lyapunov\n    lyapunov does not know dry friction" in message
+    assert "observers.accumulation\n    accumulation does not know dry friction" in message
 
 
 def test_machine_in_si_units() -> None:

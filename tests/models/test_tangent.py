@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from damper.engine.compiled import plain
-from damper.engine.segment import CAUSE, NOTHING, SIDE, TAIL, segment_at
+from damper.engine.segment import CAUSE, NOTHING, RESTING, SIDE, TAIL, segment_at
 from damper.models import start_run
 from damper.models.sensitivity import follow_change, neighbours
 from damper.models.tangent import derivative
 from damper.parameters import Parameters, State
-from damper.parameters.forcing import Harmonics, Record
+from damper.parameters.forcing import Base, Harmonics, Record
 from damper.parameters.named import value_of, with_values
 
 SCENES = 8
@@ -23,7 +23,11 @@ FORCED = tuple(f"{kind} under harmonics" for kind in ("rigid", "grounded", "comp
 RECORDED = ("rigid under a record", "time_varying under a record", "rigid on a base")
 #: Models whose walls differ.
 DIFFERING = ("differing", "yielding, differing", "grounded, differing", "time_varying, differing")
-KINDS += FORCED + RECORDED + DIFFERING
+#: Models with dry friction, whose free mass stops, turns round and rests off the walls.
+RUBBING = ("sliding", "sliding under a record", "sliding, differing", "sliding on a base")
+RECORDED += RUBBING[1:2]
+DIFFERING += RUBBING[2:3]
+KINDS += FORCED + RECORDED[:3] + DIFFERING[:4] + RUBBING
 YIELDING_WALLS = ("compliant", "pulling", "compliant under harmonics")
 CASES = [(kind, 0) for kind in KINDS]
 CASES += [
@@ -69,6 +73,11 @@ def draw(kind: str, rng: np.random.Generator) -> tuple[Parameters, np.ndarray, f
         of = "base_acceleration" if kind.endswith("base") else "force"
         given["forcing"] = Record(times, rng.normal(size=20), of=of)
         del given["phase"]
+    if kind == "sliding on a base":
+        given["forcing"] = Base("base")
+    if kind in RUBBING:
+        given["friction"] = 10 ** rng.uniform(-1.5, 0.2)
+        given["gravity"] = 0.2 * rng.normal()
     x, v = rng.normal(size=2)
     y = x + given["clearance"] * rng.uniform(-0.99, 0.99)
     p = Parameters(**given)
@@ -128,7 +137,7 @@ def differences(p: Parameters, start: np.ndarray, periods: float) -> np.ndarray 
 @plain
 def test_deviations_are_differences_of_runs(kind: str, block: int) -> None:
     rng = np.random.default_rng([block, KINDS.index(kind)])
-    compared = joined = 0
+    compared = joined = rested = 0
     while compared < SCENES:
         p, start, periods = draw(kind, rng)
         _, log = run(p, start, periods)
@@ -142,14 +151,18 @@ def test_deviations_are_differences_of_runs(kind: str, block: int) -> None:
         compared += 1
         modes = {segment_at(row).mode for row in log}
         joined += TAIL in modes
+        rested += RESTING in modes
         # Beside what is asked, the roundoff of the differences.
         np.testing.assert_allclose(exact, found, rtol=0, atol=1e-7 * abs(exact).max() + 5e-9)
         if TAIL in modes:
             assert np.linalg.matrix_rank(exact, tol=1e-9 * abs(exact).max()) <= 2
+        if RESTING in modes:
+            assert np.linalg.matrix_rank(exact, tol=1e-9 * abs(exact).max()) <= 3
     if kind in YIELDING_WALLS:
         assert joined == 0
     elif block == 0:
         assert joined > 0
+        assert (rested > 0) == (kind in RUBBING)
 
 
 def change_by(name: str, p: Parameters, start: np.ndarray, periods: float) -> np.ndarray:
@@ -172,6 +185,8 @@ BESIDES = {
     "pulling": ("contact_stiffness_ratio", "gravity", "restitution_left"),
     **dict.fromkeys(RECORDED, ("force_amplitude",)),
     **dict.fromkeys(DIFFERING, ("restitution_left",)),
+    **dict.fromkeys(RUBBING, ("friction", "gravity")),
+    "sliding on a base": ("friction", "gravity", "force_amplitude"),
     **dict.fromkeys(FORCED, ("force_amplitude", "harmonic_2", "harmonic_2_phase")),
 }
 

@@ -83,6 +83,24 @@ def test_chaos_is_the_growth_of_a_small_distance() -> None:
     assert float(cube.largest_lyapunov_exponent) == pytest.approx(growth / periods, abs=0.05)
 
 
+@pytest.mark.parametrize("rests", [False, True])
+def test_on_a_motion_with_dry_friction_they_are_its_multipliers(rests: bool) -> None:
+    """Reversals shrink volumes; in a rest one direction vanishes."""
+    p = Parameters(0.1, 0.05, 1.06, 1.2, 0.4, 3.6, friction=0.6)
+    if not rests:
+        p = Parameters(0.1, 0.06, 1.34, 1.1, 0.5, 5.7, friction=0.05)
+    orbit = plain(damper.periodic_orbit)(p)
+    kinds = set(orbit.events["kind"])
+    assert (4 in kinds, 6 in kinds) == (rests, True)
+    cube = damper.simulate(p, state=orbit.state, transient=0, periods=400, observers=["lyapunov"])
+    known = np.log(np.maximum(abs(orbit.multipliers), 1e-300))
+    last = 3 if rests else 4
+    np.testing.assert_allclose(cube.lyapunov_exponents[:last], known[:last], atol=0.02)
+    assert (cube.lyapunov_exponents[last:] == -np.inf).all()
+    if not rests:
+        assert abs(float(cube.lyapunov_residual)) < 1e-9
+
+
 @pytest.mark.parametrize("tension", [0, 1])
 def test_volumes_shrink_by_the_dashpot_of_compliant_walls(tension: int) -> None:
     """All four exponents are finite: the masses never join."""

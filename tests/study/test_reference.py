@@ -431,10 +431,6 @@ def test_models_that_the_template_leaves_out(tmp_path, whole, model):
         # What knows one mass says so: tests/models/test_several.py.
         data["observers"] = {"impacts": {}, "response": {}}
         data.pop("orbits", None)
-    if model == "sliding":
-        # What does not know friction says so: tests/models/test_sliding.py.
-        del data["observers"]["laws"], data["observers"]["lyapunov"]
-        data.pop("orbits", None)
     assert loads(tmp_path, data)
     other = next(names[0] for name, names in MODEL_NAMES.items() if name != model)
     data["parameters"] |= {other: 0.5, "contact_stiffness_ratio": 9}

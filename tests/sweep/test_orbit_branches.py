@@ -115,6 +115,37 @@ def test_switch_to_the_doubled_branch(oscillator: Branch) -> None:
         oscillator.switch(points(oscillator, "grazing")[0])
 
 
+def test_along_dry_friction_from_none() -> None:
+    """The motion without friction at one end, and each beside it found by itself."""
+    smooth = periodic_orbit(TWO_IMPACTS)
+    branch = continue_orbit(smooth, "friction", 0.0, 1.0)
+    assert branch.ends[1] == "friction = 1.0 is the end of the range"
+    first, beyond = branch.orbits[0], branch.orbits[len(branch.orbits) // 2]
+    assert branch.values[0] == 0.0
+    np.testing.assert_allclose(first.start, smooth.start, atol=1e-12)
+    np.testing.assert_allclose(first.multipliers, smooth.multipliers, rtol=1e-9)
+    step = 1e-5
+    near = periodic_orbit(replace(TWO_IMPACTS, friction=step), state=smooth.state)
+    slope = (near.start - smooth.start) / step
+    np.testing.assert_allclose(smooth.sensitivity("friction"), slope, atol=1e-4)
+    again = periodic_orbit(beyond.parameters)
+    np.testing.assert_allclose(again.start, beyond.start, atol=1e-9)
+
+
+def test_a_branch_goes_on_where_a_rest_is_lost() -> None:
+    """A rest of no length is a touch of no relative velocity: there the branch has a corner."""
+    p = Parameters(0.1, 0.1121278925, 1.4504636963, 0.4709681468, 0.7743247236, 2.5399586938)
+    orbit = periodic_orbit(replace(p, friction=0.0804231145))
+    branch = continue_orbit(orbit, "friction", 0.0, 1.0)
+    assert [point.kind for point in branch.special_points] == ["period doubling", "fold"]
+    assert branch.values[0] == branch.values[-1] == 0.0
+    last = max(k for k, each in enumerate(branch.orbits) if 4 in each.events["kind"])
+    before, after = branch.orbits[last : last + 2]
+    first, second = np.flatnonzero(before.events["kind"] >= 4)[:2]
+    assert 0.0 < before.events["time"][second] - before.events["time"][first] < 1e-2
+    np.testing.assert_allclose(before.start, after.start, atol=1e-3)
+
+
 @pytest.fixture(scope="module")
 def two_impacts() -> Branch:
     orbit = periodic_orbit(TWO_IMPACTS, state=orbits(TWO_IMPACTS)[0].start)

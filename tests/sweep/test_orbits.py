@@ -167,16 +167,56 @@ def test_multipliers_under_two_harmonics(uneven: damper.PeriodicOrbit) -> None:
     np.testing.assert_allclose(uneven.multipliers, known, rtol=1e-7)
 
 
-def test_an_orbit_in_the_frame_of_the_base() -> None:
+#: With dry friction: two impacts on each wall that it stops between; one on each, begun at rest.
+RUBBING = {
+    "begins in a slide": Parameters(0.1, 0.05, 1.06, 1.2, 0.4, 3.6, friction=0.6),
+    "begins at rest": Parameters(0.1, 0.13, 1.17, 0.8, 0.4, 5.9, friction=0.6),
+}
+
+
+@pytest.mark.parametrize("name", RUBBING)
+def test_multipliers_and_sensitivities_with_dry_friction(name: str) -> None:
+    """Against differences of the period's map, and of motions beside; a rest takes a direction."""
+    p = RUBBING[name]
+    orbit = periodic_orbit(p)
+    assert {0, 4, 5, 6} == set(orbit.events["kind"])
+    assert orbit.word == ("R1 L1" if name == "begins at rest" else "R2 L2")
+    assert (orbit.state.v == orbit.state.u) == (name == "begins at rest")
+    assert abs(orbit.multipliers[3]) < 1e-12 < abs(orbit.multipliers[2])
+    ways = np.eye(4)
+    if name == "begins at rest":
+        # A part of a second order would be that of the slide to this rest.
+        ways = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]])
+    for way in ways:
+        known = five_points(lambda step, way=way: after_a_period(orbit, step * way), 1e-4)  # type: ignore[misc]
+        np.testing.assert_allclose(orbit.derivative @ way, known, rtol=0, atol=1e-8)
+    for quantity in ("friction", "clearance", "mass_ratio", "frequency_ratio"):
+        value = value_of(p, quantity)
+
+        def beside(way: float, quantity: str = quantity, value: float = value) -> np.ndarray:
+            return periodic_orbit(with_values(p, {quantity: value + way}), state=orbit.state).start
+
+        slope = five_points(beside, 1e-4 * value)
+        np.testing.assert_allclose(orbit.sensitivity(quantity), slope, rtol=1e-6, atol=1e-7)
+
+
+def after_a_period(orbit: damper.PeriodicOrbit, deviation: np.ndarray) -> np.ndarray:
+    run = start_run(orbit.parameters, State(*(orbit.start + deviation)), accuracy=1e-15)
+    run.skip(1.0)
+    end = run.state_at(1.0)
+    return np.array([end.x, end.v, end.y, end.u])
+
+
+@pytest.mark.parametrize(("clearance", "friction"), [(5.0, 0.0), (1.0, 0.5)])
+def test_an_orbit_in_the_frame_of_the_base(clearance: float, friction: float) -> None:
     """It differs by the base's own motion, (0, omega) at time 0, and so does each derivative."""
-    ground, base = (
-        periodic_orbit(replace(TWO_IMPACTS, clearance=5.0, forcing=Base(frame)))
-        for frame in ("ground", "base")
-    )
+    p = replace(TWO_IMPACTS, clearance=clearance, friction=friction)
+    ground, base = (periodic_orbit(replace(p, forcing=Base(frame))) for frame in ("ground", "base"))
+    assert (4 in base.events["kind"]) == (friction > 0.0)
     moves = np.array([0.0, 1.0, 0.0, 1.0])
     np.testing.assert_allclose(ground.start - base.start, moves, atol=1e-10)
-    np.testing.assert_allclose(ground.multipliers, base.multipliers, rtol=1e-9)
-    for name in ("frequency_ratio", "damping_ratio", "clearance"):
+    np.testing.assert_allclose(ground.multipliers, base.multipliers, rtol=1e-9, atol=1e-14)
+    for name in ("frequency_ratio", "damping_ratio", "clearance", "friction"):
         change = plain(ground.sensitivity)(name) - plain(base.sensitivity)(name)
         known = moves * (name == "frequency_ratio")
         np.testing.assert_allclose(change, known, atol=1e-8)

@@ -164,9 +164,6 @@ def test_sizes_by_hand() -> None:
 
 # --- the same motion
 
-#: Those that all observers and orbits know: dry friction is not smooth.
-SMOOTH = [kind for kind in OPTIONS if kind != "sliding"]
-
 
 def observers(units: Units) -> dict[str, Any]:
     """All observers, with what they are given in units: thresholds and a time."""
@@ -198,7 +195,7 @@ def assert_scaled(cube: xr.Dataset, ratios: xr.Dataset, units: Units) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("kind", SMOOTH)
+@pytest.mark.parametrize("kind", OPTIONS)
 def test_a_run_in_si_is_the_dimensionless_one_in_other_units(kind: str, seed: int) -> None:
     """Every variable of every observer, and every column of the events, to the last bit."""
     chance = random.Random(f"{kind} {seed}")
@@ -229,7 +226,7 @@ def test_a_run_in_si_is_the_dimensionless_one_in_other_units(kind: str, seed: in
             np.testing.assert_array_equal(found[name], ratios[name] * of.get(name, 1), name)
 
 
-@pytest.mark.parametrize("kind", SMOOTH)
+@pytest.mark.parametrize("kind", OPTIONS)
 def test_an_orbit_in_si_is_the_dimensionless_one_in_other_units(kind: str) -> None:
     """Its sensitivities too: by the chain rule, with derivatives of the formulas."""
     more = OPTIONS[kind](random.Random(3))

@@ -16,7 +16,7 @@ from damper.parameters import NO_UNITS, Parameters, State, Units
 from damper.parameters.run import checked
 
 
-def model_of(parameters: Parameters, accuracy: float = DEFAULT_ACCURACY) -> Any:
+def model_of(parameters: Parameters, accuracy: float = DEFAULT_ACCURACY, model: str = "") -> Any:
     """Constants of a run, a NamedTuple of the model that these parameters ask for.
 
     Parameters
@@ -25,8 +25,11 @@ def model_of(parameters: Parameters, accuracy: float = DEFAULT_ACCURACY) -> Any:
     accuracy : float, default 1e-12
         Largest error of a completion time, in units of sqrt(M/K) (of 1/omega where that is
         shorter). Everything else is exact to roundoff.
+    model : str, optional
+        Name of a model that knows these parameters as well.
     """
-    return _room_of(parameters.model).prepare(parameters, law_of(parameters), float(accuracy))
+    room = _room_of(model or parameters.model)
+    return room.prepare(parameters, law_of(parameters), float(accuracy))
 
 
 @cache

@@ -9,7 +9,7 @@ these, so it is accurate to some 1e-11 beside a grazing as well, and serves ever
 parameter. Derivation: docs/orbits.md.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import singledispatch
 from typing import Any, NamedTuple
 
@@ -25,7 +25,7 @@ from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity, segm
 from damper.models import model_of
 from damper.models.tangent import enter, joins, over_time, velocities_after
 from damper.parameters import Parameters
-from damper.parameters.models import FRICTIONLESS, need_model
+from damper.parameters.models import need_one_that_rubs
 from damper.parameters.named import value_of, with_values
 
 #: Values beside a parameter's own, in steps: on both sides of it, or on one where its range ends or
@@ -59,9 +59,10 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
             f"no derivative by frequency_ratio under a {parameters.forcing.kind}: the force does "
             "not repeat, so there is no same phase of it"
         )
-    need_model(parameters, FRICTIONLESS, "a derivative")
-    if "friction" in rates:
-        raise ValueError("no derivative by friction: the flow of deviations does not know it")
+    need_one_that_rubs(parameters, "a derivative")
+    if parameters.model == "several" and any(name.startswith("friction") for name in rates):
+        raise ValueError("no derivative by friction of several free masses, only of one")
+    room = _room_along(parameters, rates)
     own = {name: value_of(parameters, name) for name in rates}
     step = min(
         (max(_STEP * abs(own[name]), _LEAST) / abs(rates[name]) for name in rates if rates[name]),
@@ -70,7 +71,10 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
     for steps in _STENCILS:
         try:
             models = [
-                model_of(with_values(parameters, {n: own[n] + k * step * rates[n] for n in rates}))
+                model_of(
+                    with_values(parameters, {n: own[n] + k * step * rates[n] for n in rates}),
+                    model=room,
+                )
                 for k in steps
             ]
         except ValueError:
@@ -86,6 +90,15 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
             moved = np.dot(weights, clearances)
             return Stencil(tuple(models), tuple(weights), moved if moved.ndim else float(moved))
     raise ValueError(f"no derivative by {', '.join(rates)} at {parameters}")
+
+
+def model_along(parameters: Parameters, names: Collection[str]) -> Any:
+    """Model of a damper along these parameters: along friction with its events, also from none."""
+    return model_of(parameters, model=_room_along(parameters, names))
+
+
+def _room_along(parameters, names):
+    return "sliding" if "friction" in names and parameters.model == "rigid" else parameters.model
 
 
 @singledispatch
@@ -142,13 +155,13 @@ def _lead(model, s, y, v, struck, slower):
         v, u = velocities_after(model, s, s.time * slower)
         return 0.0, v, 0.0, u
     if s.mode == FLIGHT:
-        return _flight(model, s, y, slower)
+        return flown(model, s, y, slower)
     return _contact(model, s, v, slower)
 
 
-@compiled
-def _flight(model, s, y, slower):
-    """What a flight adds."""
+@by_class_or_default
+def flown(model: Any, s: Segment, y: float, slower: float) -> tuple[float, float, float, float]:
+    """What a flight adds, in a model beside: to x, v, y and u, but for what is the same in all."""
     tau = s.duration * slower
     phase = phase_at(model.free.forcing, s.periods, s.time * slower)
     dx, dv, _ = increments(model.free, motion_from(model.free, s.x, s.v, phase), tau)

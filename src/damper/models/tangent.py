@@ -28,7 +28,7 @@ from damper.engine.forcing import force_rates, phase_at
 from damper.engine.impact import impact, law_at, rebound_slope, restitution_at
 from damper.engine.model import mass_ratio_at, read_segment
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment
-from damper.parameters.models import FRICTIONLESS, need_model
+from damper.parameters.models import need_one_that_rubs
 
 
 @by_class
@@ -48,7 +48,13 @@ def damping_in(model: Any, s: Segment) -> float:
 
 @by_class
 def shrunk_by(model: Any, s: Segment) -> float:
-    """What the impact that begins a segment leaves of volumes of (x, v, y, u)."""
+    """What the impact or reversal that begins a segment leaves of volumes of (x, v, y, u)."""
+
+
+@by_class_or_default
+def friction_in(model: Any) -> float:
+    """Acceleration that dry friction gives the free mass while it slides."""
+    return 0.0
 
 
 @by_class
@@ -73,12 +79,12 @@ def stay_on(model: Any, s: Segment, low: float, tau: float, deviations: np.ndarr
 
 def have_rigid_walls(kind: type) -> None:
     """Let deviations of a model follow its impacts and contacts as those of rigid walls."""
-    shrunk_by.of(kind)(_shrunk_by)
+    shrunk_by.of(kind)(shrunk_by_impact)
     velocities_after.of(kind)(_velocities_after)
     joins.of(kind)(_joins)
     damping_in.of(kind)(_damping_in)
     over_event.of(kind)(_over_event)
-    stay_on.of(kind)(_stay_on)
+    stay_on.of(kind)(stay_joined)
 
 
 @compiled
@@ -87,7 +93,8 @@ def _damping_in(model, s):
 
 
 @compiled
-def _shrunk_by(model, s):
+def shrunk_by_impact(model: Any, s: Segment) -> float:
+    """As `shrunk_by`, of rigid walls."""
     return rebound_slope(law_at(model.law, s.side), s.speed) * s.gap_rate / s.speed
 
 
@@ -114,7 +121,8 @@ def _over_event(model, s, deviations):
 
 
 @compiled
-def _stay_on(model, s, low, tau, deviations):
+def stay_joined(model: Any, s: Segment, low: float, tau: float, deviations: np.ndarray) -> None:
+    """As `stay_on`, of masses that move as one."""
     flow = contact_flow(model, s.periods, s.time + low, tau)
     for k in range(deviations.shape[1]):
         x, v = deviations[0, k], deviations[1, k]
@@ -189,8 +197,8 @@ def _jump(model, mu, s):
     to_primary, to_free = slope * mu, -slope
     before = s.v_before + s.side * s.speed
     after = s.v - s.side * s.gap_rate
-    a, b = _accelerations(model, s, s.v_before, before)
-    a_after, b_after = _accelerations(model, s, s.v, after)
+    a, b = _accelerations(model, s, s.v_before, before, s.side)
+    a_after, b_after = _accelerations(model, s, s.v, after, -s.side)
     # The mass ratio's own change gives both velocities the same.
     turned = 1.0 + restitution_at(law_at(model.law, s.side), s.speed)
     change = mass_ratio_rate(model, s.periods, s.time) * turned * s.side * s.speed
@@ -210,21 +218,21 @@ def _closing(model, mu, s):
     """Acceleration of the joined masses, less that of their centre in the flight after."""
     after = s.v - s.side * s.gap_rate
     common = (s.v + mu * after) / (1.0 + mu)
-    a, b = _accelerations(model, s, s.v, after)
-    a_joined, b_joined = _accelerations(model, s, common, common)
+    a, b = _accelerations(model, s, s.v, after, -s.side)
+    a_joined, b_joined = _accelerations(model, s, common, common, 0.0)
     change = mass_ratio_rate(model, s.periods, s.time) * (after - s.v) / (1.0 + mu)
     return (a_joined - a + mu * (b_joined - b) - change) / (1.0 + mu)
 
 
 @compiled
-def _accelerations(model, s, v, u):
-    """Of both masses in flight, at a segment's wall."""
+def _accelerations(model, s, v, u, way):
+    """Of both masses in flight, at a segment's wall; where they rub, the free mass slides a way."""
     phase = phase_at(model.free.forcing, s.periods, s.time)
     force, _, _, _, _ = force_rates(model.free.forcing, phase)
-    return (
-        model.free.strength * force - 2.0 * model.free.damping * v - model.free.stiffness * s.x,
-        acceleration_of(model.mass, s.x + s.side * model.clearance, u, phase),
-    )
+    a = model.free.strength * force - 2.0 * model.free.damping * v - model.free.stiffness * s.x
+    b = acceleration_of(model.mass, s.x + s.side * model.clearance, u, phase)
+    rubs = way * friction_in(model)
+    return a + model.mass_ratio * rubs, b - rubs
 
 
 @by_class_or_default
@@ -295,9 +303,10 @@ def derivative(
     Raises
     ------
     ValueError
-        Under dry friction; where masses meet walls at one instant that a deviation would part.
+        Under dry friction of several masses; where these meet walls at one instant that a deviation
+        would part; where a free mass that slides stops at the very wall.
     """
-    need_model(trajectory.model, FRICTIONLESS, "the flow of deviations")
+    need_one_that_rubs(trajectory.model, "the flow of deviations")
     deviations, begun = np.empty(0), False
     for log in trajectory.segments(periods, time):
         if not begun:
@@ -307,7 +316,8 @@ def derivative(
         if keep is not None:
             keep.append(log.copy())
     if np.isnan(deviations).any():
-        raise ValueError(
-            "no derivative: several masses meet walls at one instant, which a deviation would part"
-        )
+        cause = "several masses meet walls at one instant, which a deviation would part"
+        if friction_in(trajectory.model):
+            cause = "the free mass comes to rest at the very wall, which one beside it would hit"
+        raise ValueError(f"no derivative: {cause}")
     return deviations

@@ -1,12 +1,13 @@
 """Lyapunov exponents: how fast small deviations grow, through impacts, chatter and sticking."""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.model import read_segment
-from damper.engine.segment import IMPACT
+from damper.engine.segment import IMPACT, REVERSAL
 from damper.engine.trajectory import Trajectory
 from damper.models.tangent import (
     damping_in,
@@ -20,7 +21,7 @@ from damper.models.tangent import (
 )
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import Setting
-from damper.parameters.models import FRICTIONLESS
+from damper.parameters.models import MODELS, masses_that_rub
 from damper.parameters.variables import SPEED, Variable
 
 #: Of a run: whether the record has begun; periods of it before its second half; directions that
@@ -43,7 +44,9 @@ class Lyapunov(Observer):
     minus infinity, and two more for each further mass that sticks at the same time. Without one the
     sum of all is known: flight shrinks volumes at the rate of the
     dashpots, and each impact by the square of the coefficient of restitution. `lyapunov_residual`
-    is what the sum differs by; it takes all of them.
+    is what the sum differs by; it takes all of them. Under dry friction each reversal shrinks
+    volumes as well, and a rest off the walls lets one direction vanish: the last exponent is then
+    minus infinity.
 
     Several masses in step hit as one. A deviation that parts them changes their impacts by a finite
     amount, however small it is: its two exponents are infinite, or minus infinity where they stick
@@ -57,7 +60,7 @@ class Lyapunov(Observer):
     Everything stays missing where the run stopped early.
     """
 
-    models = FRICTIONLESS
+    models = tuple(MODELS)
     exponents = Setting(4, "How many exponents to follow, the largest.", ge=1, le=202)
     variables = (
         Variable("largest_lyapunov_exponent", "largest Lyapunov exponent per cycle", "1"),
@@ -82,6 +85,11 @@ class Lyapunov(Observer):
             comment="deviations grow by its inverse; missing without an impact",
         ),
     )
+
+    def refusals(self, models: Iterable[str], masses: int = 1) -> dict[str, tuple[str, str]]:
+        """As of every observer; of several masses none may rub."""
+        reason = masses_that_rub(self.name, [*models])
+        return {"": (reason, "")} if reason else super().refusals(models, masses)
 
     def size(self, dim: str, window_length: int) -> int:
         """Length of one of the observer's own dimensions."""
@@ -161,8 +169,9 @@ def _follow(model, log, window, frame, growth, volume, totals, own):
             total.halved = start / model.cycle
             for k in range(growth.shape[1]):
                 growth[0, k] = growth[1, k]
-        if start >= 0.0 and s.cause == IMPACT:
-            total.slowest = min(total.slowest, s.speed)
+        if start >= 0.0 and s.cause in (IMPACT, REVERSAL):
+            if s.cause == IMPACT:
+                total.slowest = min(total.slowest, s.speed)
             shrunk = shrunk_by(model, s)
             volume[0] += math.log(shrunk) if shrunk > 0.0 else -math.inf
         if start >= 0.0 or total.begun == 0.0:

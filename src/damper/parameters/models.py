@@ -24,9 +24,8 @@ MODELS = {
     "sliding": Model({"friction": 0.01}, 1.5e-6, "dry friction"),
     "several": Model({"unit_count": 3.0, "clearance_spread": 0.2}, 1.5e-6, "several free masses"),
 }
-#: Those of one free mass, and those without dry friction.
+#: Those of one free mass.
 ONE_MASS = tuple(name for name in MODELS if name != "several")
-FRICTIONLESS = tuple(name for name in MODELS if name != "sliding")
 
 
 def name_of(damper: Any) -> str:
@@ -44,6 +43,22 @@ def models_of(damper: Any) -> tuple[str, ...]:
 def unknown_model(what: str, model: str, known: Collection[str]) -> str:
     """Say that something, such as an observer, knows other models than this one."""
     return f"{what} does not know {MODELS[model].has} (model {model}), only {', '.join(known)}"
+
+
+def masses_that_rub(what: str, models: Collection[str]) -> str:
+    """Say that something does not know the friction of a damper of these models; "" where it may.
+
+    What follows deviations knows dry friction of one free mass.
+    """
+    if {*models} >= {"several", "sliding"}:
+        return f"{what} does not know dry friction of several free masses, only of one"
+    return ""
+
+
+def need_one_that_rubs(damper: Any, what: str) -> None:
+    """Raise ValueError where several free masses rub on their boxes."""
+    if reason := masses_that_rub(what, models_of(damper)):
+        raise ValueError(reason)
 
 
 def need_model(damper: Any, known: Collection[str], what: str) -> None:

@@ -85,7 +85,7 @@ walls.centre.like(Sliding, Rigid)
 
 
 @compiled
-def _hold(model: Sliding, s: Segment) -> Hold:
+def hold_of(model: Sliding, s: Segment) -> Hold:
     """What holds the free mass at rest in a state without a relative velocity."""
     phase = phase_at(model.stuck.forcing, s.periods, s.time)
     start = motion_from(model.stuck, s.x, s.v, phase)
@@ -120,7 +120,7 @@ def direction(model: Sliding, s: Segment) -> float:
     if s.gap_rate != 0.0:
         return -s.side if s.gap_rate > 0.0 else s.side
     # The masses' common acceleration leaves the free mass behind.
-    force = hold_at_start(_hold(model, s)).value - model.friction
+    force = hold_at_start(hold_of(model, s)).value - model.friction
     if s.gap == 0.0 or force < 0.0:
         return -s.side
     return s.side
@@ -198,7 +198,7 @@ def _initial_segment(model, periods, time, x, v, y, u):
 @compiled
 def _settled(model, s):
     """A segment that begins without a relative velocity: the masses rest, or slide."""
-    if not _holds(hold_at_start(_hold(model, s)), _room(model, s.gap)):
+    if not _holds(hold_at_start(hold_of(model, s)), _room(model, s.gap)):
         return s
     on_wall = s.gap == 0.0
     mode = STICKING if on_wall else RESTING
@@ -246,7 +246,7 @@ def _following(model, segment, start):
 @compiled
 def _rest(model, s):
     """The end of a rest on a wall or off the walls; none without a clearance."""
-    hold = _hold(model, s)
+    hold = hold_of(model, s)
     start = hold.force.start
     limit = min(HORIZON, horizon(model.stuck.forcing, start.phase))
     width = _room(model, s.gap)
@@ -322,7 +322,7 @@ def _over_impact(model, s, end, gave_up):
     new = walls.after_impact(periods, time, end, v, rate, speed, first_speed, FLIGHT, 0.0)
     start = _begin(model, new)
     if rate == 0.0:
-        if _holds(hold_at_start(_hold(model, new)), math.inf):
+        if _holds(hold_at_start(hold_of(model, new)), math.inf):
             new = walls.after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, 0.0)
     else:
         left, error = time_to_completion(model, new, start)
@@ -428,3 +428,7 @@ def _motion(model, segment, tau):
     # The centre follows the sticking flow; the bounces go on about it.
     share = s.side * model.mass_ratio / (1.0 + model.mass_ratio)
     return x + share * gap, v + share * rate, gap, rate
+
+
+# What deviations become is a part of this model that needs all the above.
+from damper.models.sliding import tangent  # noqa: E402, F401

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,19 @@ import numpy as np
 from damper.engine.forcing import rate_of
 from damper.engine.loop import FINISHED
 from damper.engine.model import rows_of
-from damper.engine.segment import DURATION, FLIGHT, GAP, GAP_RATE, MODE, V, X
+from damper.engine.segment import (
+    CAUSE,
+    DURATION,
+    FLIGHT,
+    GAP,
+    GAP_RATE,
+    MODE,
+    REST,
+    REVERSAL,
+    SIDE,
+    V,
+    X,
+)
 from damper.engine.trajectory import Trajectory
 from damper.models import check_state, model_of
 from damper.models.sensitivity import Stencil, follow_change
@@ -21,6 +34,8 @@ from damper.parameters import Parameters, State
 #: Mass ratio from which on the free mass is a fixed stop: an impact changes its velocity by less
 #: than `TOLERANCE`. Its place is given, and two multipliers that are 1 are left out.
 FIXED_STOP = 1e12
+#: In place of a wall: dry friction holds the free mass off the walls.
+RESTS = 2.0
 
 
 @dataclass(frozen=True)
@@ -30,7 +45,7 @@ class Arc:
     parameters: Parameters
     start: np.ndarray
     start_sides: np.ndarray
-    """Wall at which each free mass is in contact; 0 in flight."""
+    """Wall at which each free mass is in contact; `RESTS` off the walls; 0 in flight."""
     end: np.ndarray
     sides: np.ndarray
     derivative: np.ndarray
@@ -48,10 +63,12 @@ class Arc:
 
     @cached_property
     def leaders(self) -> np.ndarray:
-        """As `leaders`; in contact a free mass moves with the primary."""
+        """As `leaders`; in contact a free mass moves with the primary, at rest at its velocity."""
         found = leaders(self.parameters, self.start)
         for k in np.flatnonzero(self.start_sides):
-            found[2 + 2 * k : 4 + 2 * k] = 0, 1
+            found[3 + 2 * k] = 1
+            if self.start_sides[k] != RESTS:
+                found[2 + 2 * k] = 0
         return found
 
     @property
@@ -94,7 +111,7 @@ class Arc:
         return best
 
     def smallest_gaps(self) -> list[float]:
-        """Smallest gap to a wall in each flight, where it is not at the flight's ends."""
+        """Smallest gap to a wall in each flight, not at its ends but where friction stops it."""
         found: list[float] = []
         for number, one in enumerate(self.parameters.each):
             found += self._gaps_of(rows_of(self.trajectory.model, self.rows, number), one.clearance)
@@ -103,6 +120,10 @@ class Arc:
     def _gaps_of(self, rows: np.ndarray, clearance: float) -> list[float]:
         found = []
         fastest = max(rate_of(self.trajectory.model.free.forcing), 1.0)
+        for last, row in pairwise(rows):
+            if row[CAUSE] in (REST, REVERSAL):
+                before, at = (each[SIDE] * (clearance - each[GAP]) for each in (last, row))
+                found.append(clearance - at if at > before else clearance + at)
         # A flight may begin below the surface of a compliant wall.
         flights = (rows[:, MODE] == FLIGHT) & (rows[:, GAP] >= 0.0)
         for row in rows[flights & (rows[:, DURATION] > 0.0)]:
@@ -205,11 +226,13 @@ def zero(
 
 
 def _sides(parameters: Parameters, state: np.ndarray) -> np.ndarray:
-    """Wall at which each free mass has joined the primary; 0 where it has not."""
+    """Wall at which each free mass has joined the primary; `RESTS` off them; 0 where it has not."""
     sides = np.zeros(len(parameters.each))
     if parameters.model != "compliant":
         (x, v), places, speeds = state[:2], state[2::2], state[3::2]
         for k, (one, y, u) in enumerate(zip(parameters.each, places, speeds, strict=True)):
             if u == v and one.clearance - abs(y - x) <= slack(one.clearance, x, y):
                 sides[k] = np.sign(y - x)
+            elif u == v and one.friction:
+                sides[k] = RESTS
     return sides

@@ -24,14 +24,13 @@ from damper.engine.segment import (
     SIDE,
     SPEED,
 )
-from damper.models import model_of
-from damper.models.sensitivity import neighbours
+from damper.models.sensitivity import model_along, neighbours
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.named import rates_of, value_of, with_values
 from damper.parameters.units import SI_UNITS
 from damper.sweep.orbits.arcs import Arc, leaders, run_arc
 from damper.sweep.orbits.periodic import TOLERANCE, PeriodicOrbit, nearest_orbit
-from damper.sweep.orbits.word import WallImpacts, bursts_of
+from damper.sweep.orbits.word import WallImpacts, bursts_of, stops_in
 
 #: Newton steps at right angles to the tangent, and halvings of one.
 _STEPS, _HALVINGS = 8, 3
@@ -93,7 +92,8 @@ class OrbitEquation:
         try:
             values: list[Any] = (self.low + self.span * at[-1]).tolist()
             p = with_values(self.base, dict(zip(self.names, values, strict=True)))
-            model = model_of(p.dimensionless)
+            moved = {name for along in self.names for name in rates_of(p, along)}
+            model = model_along(p.dimensionless, moved)
             arcs = [
                 run_arc(p.dimensionless, start, moments[k], moments[k + 1], model)
                 for k, start in enumerate(starts)
@@ -206,9 +206,14 @@ class PeriodMap:
         return bursts_of(rows[:, CAUSE], rows[:, SIDE], rows[:, SPEED], bodies)
 
     @cached_property
-    def signature(self) -> tuple[tuple[str, int, bool, int], ...]:
+    def signature(self) -> tuple[Any, ...]:
         """What it does in a period, event by event; of several mass by mass."""
-        return tuple((b.wall, b.impacts, b.completes, b.body) for b in self.bursts)
+        return *((b.wall, b.impacts, b.completes, b.body) for b in self.bursts), self.stops
+
+    @cached_property
+    def stops(self) -> int:
+        """How often dry friction stops the free mass, but within bursts."""
+        return stops_in(self.events[:, CAUSE], self.events[:, SIDE])
 
     @property
     def touches(self) -> int:

@@ -9,18 +9,18 @@ import numpy as np
 
 from damper.engine.loop import FINISHED
 from damper.models import check_state, start_run
-from damper.models.sensitivity import Stencil, neighbours
+from damper.models.sensitivity import Stencil, model_along, neighbours
 from damper.models.tangent import parted_in
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import FORCINGS
 from damper.parameters.masses import split
-from damper.parameters.models import FRICTIONLESS, need_model
+from damper.parameters.models import need_one_that_rubs
 from damper.parameters.named import named_quantity, rates_of
 from damper.parameters.quantity import whole
 from damper.parameters.units import LENGTH, SPEED, Units
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
-from damper.sweep.orbits.arcs import Arc, leaders, run_arc, state_of, vector
+from damper.sweep.orbits.arcs import RESTS, Arc, leaders, run_arc, state_of, vector
 from damper.sweep.orbits.word import WallImpacts, bursts_of, word_of
 from damper.sweep.points import one_run
 
@@ -38,7 +38,7 @@ _AT_REST = 1e-8
 
 def followed(kind: type[Parameters | SIParameters]) -> tuple[str, ...]:
     """Quantities along which a motion can be followed."""
-    return tuple(q.name for q in kind.quantities if not q.whole and q.model != "sliding")
+    return tuple(q.name for q in kind.quantities if not q.whole)
 
 
 #: Those of a study, of all masses.
@@ -255,7 +255,9 @@ class PeriodicOrbit:
         """
         change, stencil, (grows, _) = self._change_by(parameter)
         (time, value), scaled = self._peak, self.scaled
-        arc = run_arc(scaled.parameters.dimensionless, scaled.start, 0.0, time / self._cycle)
+        p = scaled.parameters.dimensionless
+        model = model_along(p, rates_of(self.parameters, parameter))
+        arc = run_arc(p, scaled.start, 0.0, time / self._cycle, model)
         if abs(arc.end[1]) > _AT_REST * abs(value):
             raise ValueError(f"no derivative of the peak: an impact ends it at {self!r}")
         grown = np.sign(value) * arc.change_by(stencil, change)[0]
@@ -280,13 +282,15 @@ class PeriodicOrbit:
         p = scaled.parameters.dimensionless
         stencil = neighbours(p, rates)
         need_in_step(self, stencil, parameter)
-        arc = run_arc(p, scaled.start, 0.0, float(self.period))
+        arc = run_arc(p, scaled.start, 0.0, float(self.period), model_along(p, rates))
         matrix = arc.fixed_point_matrix
         if np.linalg.cond(matrix) > _SINGULAR:
             raise ValueError(f"no derivative by {parameter}: a multiplier is 1 at {self!r}")
         # In contact the free mass moves with the wall.
         with_wall = np.zeros_like(arc.start)
-        with_wall[2::2] = arc.start_sides * stencil.clearance
+        with_wall[2::2] = (
+            np.where(arc.start_sides == RESTS, 0.0, arc.start_sides) * stencil.clearance
+        )
         change = arc.change_by(stencil, with_wall) - with_wall
         change = arc.directions @ np.linalg.solve(matrix, change[arc.own]) + with_wall
         return change, stencil, grows
@@ -357,7 +361,7 @@ def check(parameters: Parameters | SIParameters, period: int) -> None:
         raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
     need_force(parameters, "an orbit")
     p = parameters.dimensionless
-    need_model(p, FRICTIONLESS, "an orbit")
+    need_one_that_rubs(p, "an orbit")
     order = p.modulation_order if p.model == "time_varying" else 1
     if period % order:
         raise ValueError(f"period = {period}: must be a multiple of modulation_order = {order}")

@@ -43,7 +43,7 @@ def grazing(a: OrbitPoint, size: float) -> OrbitPoint | None:
         point, gap = b, b.found.smallest_gap
         if gap < 1e-12:
             return replace(point, toward=a.tangent)
-        if closing <= 0.0 or gap > 4.0 * size * closing:
+        if not 0.0 < closing < np.inf or gap > 4.0 * size * closing:
             return None
         # Short of the root, so that the touch does not begin.
         step = 0.98 * gap / closing

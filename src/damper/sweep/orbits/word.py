@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damper.engine.segment import IMPACT, STICK
+from damper.engine.segment import IMPACT, RELEASE, REST, REVERSAL, STICK
 
 
 class WallImpacts(NamedTuple):
@@ -25,7 +25,13 @@ class WallImpacts(NamedTuple):
 def bursts_of(
     kinds: np.ndarray, sides: np.ndarray, speeds: np.ndarray, bodies: np.ndarray | None = None
 ) -> tuple[WallImpacts, ...]:
-    """Bursts of the events of a period, whichever event is its first; of several mass by mass."""
+    """Bursts of the events of a period, whichever event is its first; of several mass by mass.
+
+    Where dry friction stops a free mass off the walls, no burst ends.
+    """
+    on_walls = kinds <= RELEASE
+    kinds, sides, speeds = kinds[on_walls], sides[on_walls], speeds[on_walls]
+    bodies = None if bodies is None else bodies[on_walls]
     if bodies is None:
         return _bursts_of(kinds, sides, speeds)
     found: list[WallImpacts] = []
@@ -34,6 +40,17 @@ def bursts_of(
         for burst in _bursts_of(kinds[own], sides[own], speeds[own]):
             found.append(burst._replace(body=body))
     return tuple(found)
+
+
+def stops_in(kinds: np.ndarray, sides: np.ndarray) -> int:
+    """How often dry friction stops the free mass, but for stops between impacts of one burst."""
+    walls, count = np.flatnonzero(kinds <= RELEASE), 0
+    for k in np.flatnonzero((kinds == REST) | (kinds == REVERSAL)) if len(walls) else ():
+        next = int(np.searchsorted(walls, k)) % len(walls)
+        last, next = walls[next - 1], walls[next]
+        in_burst = kinds[last] == IMPACT and kinds[next] != RELEASE and sides[last] == sides[next]
+        count += not in_burst
+    return count
 
 
 def word_of(bursts: tuple[WallImpacts, ...]) -> str:
