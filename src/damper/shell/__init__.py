@@ -119,13 +119,17 @@ class _DesignCommand(click.Command):
 
         made: list[click.Parameter] = super().get_params(ctx)
         for name, setting in Machine.model_fields.items():
+            if name == "materials":  # names and values: for the file alone
+                continue
             units = [
                 note.text for note in setting.metadata if getattr(note, "keyword", "") == "unit"
             ]
+            file = name.endswith("_record")
             option = click.Option(
                 ["--" + name.replace("_", "-"), name],
-                type=str if name in ("title", "counts") else float,
-                nargs=2 if name == "band" else 1,
+                type=str if file or name in ("title", "counts") else float,
+                nargs=2 if name in ("band", "restitution_range") else 1,
+                metavar="FILE" if file else None,
                 help=" ".join([f"{setting.description}", *(f"In {unit}." for unit in units)]),
             )
             made.insert(-1, option)
@@ -175,7 +179,7 @@ def new(name: str) -> None:
     click.echo(f"Edit {path}, and add {name} to the studies in config/config.yaml.")
 
 
-@main.command(context_settings={"ignore_unknown_options": True})
+@main.command(options_metavar="", context_settings={"ignore_unknown_options": True})
 @click.argument("options", nargs=-1, type=click.UNPROCESSED)
 def verify(options: tuple[str, ...]) -> None:
     """Check all results, byte by byte, and make nothing.

@@ -11,6 +11,7 @@ from typing import Any
 
 from damper.engine.trajectory import Trajectory
 from damper.models import model_of
+from damper.parameters.quantities import nearest
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.estimate import COMPILE_SECONDS, PLAIN_SECONDS, estimate
 from damper.study.yaml_file import join_names
@@ -46,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             notes += [f"{path.stem}: {note}" for note in _notes(study)]
         except ConfigError as error:
             rows.append((path.stem, "no", *"-" * len(_COLUMNS)))
-            errors.append(str(error))
+            errors.append(f"{error}{_meant(given)}")
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for name, *cells in rows:
         padded = [cell.rjust(width) for cell, width in zip(cells, widths[1:], strict=True)]
@@ -55,6 +56,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for text in errors:
         print(text, file=sys.stderr)
     return 1 if errors else 0
+
+
+def _meant(given: Path) -> str:
+    """Return a line with the study that a file which is not there was probably meant to be."""
+    names = [] if given.exists() else sorted(path.stem for path in _STUDIES.glob("*.yaml"))
+    near = nearest(given.stem, names)
+    return f"\n    did you mean {near!r}?" if near else ""
 
 
 def _cells(study: Any) -> Sequence[str]:
