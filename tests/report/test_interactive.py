@@ -59,6 +59,11 @@ SETTINGS = {
         "along": "frequency_ratio",
         "variables": ["peak_displacement"],
     },
+    "pair": {
+        "kind": "bifurcation",
+        "along": "frequency_ratio",
+        "variables": ["displacement"],
+    },
 }
 #: Upwards two impacts per cycle last to the end, downwards the run is irregular.
 BRANCH = {
@@ -67,20 +72,21 @@ BRANCH = {
     "clearance": [12.0],
     "restitution": [0.6],
 }
-AXES = {"diagram": DIAGRAM, "map": MAP, "branch": BRANCH, "yielding": BRANCH}
+AXES = {"diagram": DIAGRAM, "map": MAP, "branch": BRANCH, "yielding": BRANCH, "pair": BRANCH}
 MORE: dict[str, Any] = {
     "branch": {"follow": {"frequency_ratio": "both"}},
     "yielding": {"yield_speed": 0.1},
+    "pair": {"masses": [{}, {}], "observers": ["stroboscopic_section"]},
 }
 
 
 def made(name: str) -> tuple[xr.Dataset, dict[str, Any]]:
     """A cube, and what the page is given of it."""
     observers = ["stroboscopic_section", "response", "bursts", "motion"]
-    fixed = FIXED | {k: v for k, v in MORE.get(name, {}).items() if k != "follow"}
-    follow = MORE.get(name, {}).get("follow", {})
-    cube = damper.simulate(**fixed, **AXES[name], follow=follow, observers=observers, **RUN)
-    study = {"fixed": fixed, "axes": AXES[name], "follow": follow, "run": RUN, "observers": {}}
+    given = {"follow": {}, "observers": observers} | MORE.get(name, {})
+    cube = damper.simulate(**FIXED, **AXES[name], **given, **RUN)
+    study = {"fixed": FIXED | {k: v for k, v in given.items() if k == "yield_speed"}}
+    study |= {"axes": AXES[name], "follow": given["follow"], "run": RUN, "observers": {}}
     return cube, interactive(cube, SETTINGS[name], study | REST)
 
 
@@ -229,6 +235,7 @@ def test_a_link_leads_to_what_was_chosen(folder: Path, browser: Browser) -> None
         }})()"""
     )
     shown = said(browser, "diagram", "0.45")
+    browser.wait("location.hash.includes('restitution=0.45')")
     link = browser.value("location.href")
     with Browser(link) as other:
         other.wait(f"{figure('diagram')}.querySelectorAll('.said').length > 0")
@@ -304,9 +311,31 @@ def test_what_takes_long_begins_with_the_first_cycles_and_moves_after_each_choic
     browser.value(f"{run}.transient = {RUN['transient']}, null")
 
 
-def test_a_law_that_the_page_does_not_know_is_named(browser: Browser) -> None:
-    shown = said(browser, "yielding", "does not compute")
-    assert "does not compute yield speed of the contact; damper.run in Python does" in shown
+@pytest.mark.parametrize(
+    ("name", "what"), [("yielding", "yield speed of the contact"), ("pair", "2 free masses")]
+)
+def test_what_the_page_does_not_know_is_named(browser: Browser, name: str, what: str) -> None:
+    shown = said(browser, name, "does not compute")
+    assert f"does not compute {what}; damper.run in Python does" in shown
+
+
+def test_a_steady_start_at_resonance_needs_damping(browser: Browser) -> None:
+    data = "damper.figures['study/interactive/branch']"
+    browser.value(f"{data}.steady = true")
+    for damping, words in (("0", "no steady response at resonance"), ("0.02", "direction")):
+        browser.value(
+            f"""(() => {{
+                const one = {figure("branch")};
+                const pick = [...one.querySelectorAll('.controls select')].at(-1);
+                pick.value = 0; // upwards, from a frequency ratio of 1
+                pick.dispatchEvent(new Event("change"));
+                const field = one.querySelector('input[aria-label^="damping ratio"]');
+                field.value = "{damping}";
+                field.dispatchEvent(new Event("input"));
+            }})()"""
+        )
+        said(browser, "branch", words)
+    browser.value(f"{data}.steady = false")
 
 
 def test_keys_choose_a_run_as_a_click_does(browser: Browser) -> None:

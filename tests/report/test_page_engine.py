@@ -15,6 +15,12 @@ import damper
 from damper.observers.motion import in_words
 
 SCRIPT = Path(__file__).parents[2] / "workflow/report/engine.js"
+RUN = """
+damper.run = (model, from, cycles, see, most) => {
+  const work = damper.stepwise(model, from, cycles, see, most);
+  for (let turn = work.next(); ; turn = work.next()) if (turn.done) return turn.value;
+};
+"""
 POINTS, CYCLES, TRANSIENT, RECORD = 500, 12, 150, 40
 #: Events of a run that are compared: elastic impacts under a lasting force never end.
 MOST = 3000
@@ -46,7 +52,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     if CHROMIUM is None:
         pytest.skip("no Chromium is installed")
     page = tmp_path_factory.mktemp("page") / "page.html"
-    page.write_text(f"<meta charset=utf-8><script>{SCRIPT.read_text()}</script>")
+    page.write_text(f"<meta charset=utf-8><script>{SCRIPT.read_text()}{RUN}</script>")
     with Browser(page.as_uri()) as browser:
         browser.value(f"points = {json.dumps(points())}, null")
         yield browser

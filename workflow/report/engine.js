@@ -187,7 +187,7 @@ damper.following = (model, s, limit) => {
   };
   if (s.mode === TAIL) {
     if (s.completion > limit) return null;
-    const [x, v] = damper.centre(model, s, s.completion);
+    const [[x, v]] = damper.flow(model, s, [s.completion]);
     return then(s.completion, { x, v, rate: 0, mode: STICKING, cause: STICK, first: 0 });
   }
   let at = { x: s.x, v: s.v, gap: s.gap, rate: s.rate, tau: 0 };
@@ -215,18 +215,20 @@ damper.following = (model, s, limit) => {
   return null;
 };
 
-// The centre of both masses in contact: it follows the flow of both, and bounces go on about it.
-damper.centre = (model, s, tau) => {
-  const share = s.side * model.mass / (1 + model.mass);
-  return damper.advance(model, model.stuck, s.x, s.v - share * s.rate, s.time, tau);
-};
-damper.advance = (model, osc, x, v, time, tau) => {
-  const steps = Math.max(1, Math.ceil(tau / osc.step)), h = tau / steps;
-  for (let step = 0; tau > 0 && step < steps; step++) {
-    const way = damper.series(osc, model.omega, x, v, model.omega * (time + step * h) + model.phase, h);
-    [x, v] = [damper.value(way, 1), damper.slope(way, 1) / h];
-  }
-  return [x, v];
+// The primary or, in contact, the centre of both masses about which bounces go on: [x, x'] at rising
+// times after the start of a segment, each from the one before.
+damper.flow = (model, s, times) => {
+  const flies = s.mode === FLIGHT, osc = flies ? model.free : model.stuck;
+  let x = s.x, v = flies ? s.v : s.v - s.side * model.mass / (1 + model.mass) * s.rate, at = 0;
+  return times.map((tau) => {
+    const steps = Math.max(1, Math.ceil((tau - at) / osc.step)), h = (tau - at) / steps;
+    for (let step = 0; h > 0 && step < steps; step++) {
+      const way = damper.series(osc, model.omega, x, v, model.omega * (s.time + at + step * h) + model.phase, h);
+      [x, v] = [damper.value(way, 1), damper.slope(way, 1) / h];
+    }
+    at = tau;
+    return [x, v];
+  });
 };
 
 // Gap and gap rate in the closed rest of a burst: its bounces are self-similar.
@@ -239,34 +241,33 @@ damper.bounce = (restitution, duration, rate, tau) => {
   return [speed * duration * shrink * (1 - restitution) * part * (1 - part), speed * (1 - 2 * part)];
 };
 
-// State [x, x', y, y'] a time tau after the start of a segment.
-damper.motion = (model, s, tau) => {
-  let x, v, gap = 0, rate = 0;
+// States [x, x', y, y'] at rising times after the start of a segment.
+damper.motion = (model, s, times) => damper.flow(model, s, times).map(([x, v], k) => {
+  const tau = times[k];
+  let gap = 0, rate = 0;
   if (s.mode === FLIGHT) {
-    [x, v] = damper.advance(model, model.free, s.x, s.v, s.time, tau);
     const fallen = model.gravity * tau;
     gap = s.gap + s.rate * tau + s.side * (x - s.x - s.v * tau + 0.5 * fallen * tau);
     gap = Math.min(Math.max(gap, 0), 2 * model.clearance);
     rate = s.rate + s.side * (v - s.v + fallen);
-  } else {
+  } else if (s.mode === TAIL && s.rate > 0) {
     const share = s.side * model.mass / (1 + model.mass);
-    [x, v] = damper.centre(model, s, tau);
-    if (s.mode === TAIL && s.rate > 0) {
-      [gap, rate] = damper.bounce(model.restitution[s.side], s.completion, s.rate, tau);
-      [x, v] = [x + share * gap, v + share * rate];
-    }
+    [gap, rate] = damper.bounce(model.restitution[s.side], s.completion, s.rate, tau);
+    [x, v] = [x + share * gap, v + share * rate];
   }
   return [x, v, x + s.side * (model.clearance - gap), v - s.side * rate];
-};
+});
 
-// Runs on from a segment to a whole number of cycles; calls `see` with each segment that has ended, and
-// with the last one, cut there, which is returned to go on from. `most` events may come.
-damper.run = (model, s, cycles, see = () => {}, most = 1e6) => {
+// Runs on from a segment or a state to a whole number of cycles. Yields each segment that begins, and
+// calls `see` with those that have ended and with the last one, cut there, which is returned to go on
+// from; null after `most` events.
+damper.stepwise = function* (model, from, cycles, see, most = 1e6) {
+  let s = Array.isArray(from) ? damper.begin(model, from) : from;
   for (let events = 0; events < most; events++) {
     const next = damper.following(model, s, (cycles - s.cycles) * model.cycle - s.time);
-    see(s);
+    see?.(s);
     if (!next) return s;
-    s = next;
+    yield s = next;
   }
   return null;
 };
@@ -304,11 +305,12 @@ damper.watch = (model, from, { fraction = 0.03, speed: least = 0, cycles: length
       now.complete[s.side]++;
       now.row = now.wall = 0;
     }
-    const end = s.duration + 1e-12 * model.cycle; // the last sample is where the run ends
-    for (let tau; (tau = states.length / 2 * model.cycle - start) <= end && states.length <= 2 * length;) {
-      states.push(damper.motion(model, s, Math.max(tau, 0)));
+    const end = s.duration + 1e-12 * model.cycle, times = []; // the last sample is where the run ends
+    for (let k = states.length, tau; (tau = k / 2 * model.cycle - start) <= end && k <= 2 * length; k++) {
+      times.push(Math.max(tau, 0));
       counts.push([now[-1], now[1], now.complete[-1], now.complete[1]]);
     }
+    if (times.length) states.push(...damper.motion(model, s, times));
   };
   const result = () => {
     if (burst?.wall) close(1);

@@ -35,27 +35,26 @@ damper.branch = (data, given, direction) => {
     .sort((a, b) => direction === "up" ? a - b : b - a) };
 };
 
-// First cycles of the run of a point: of a branch, at its first value.
-damper.beginning = (data, given, direction) => {
-  const { along, way = [] } = damper.branch(data, given, direction) ?? {}, segments = [];
-  const first = way.length ? { [along]: way[0] } : {}, begun = damper.start(data, { ...given, ...first });
-  const cycles = Math.min(8, data.run.transient + data.run.periods), { model } = begun;
-  const whole = damper.run(model, damper.begin(model, begun.state), cycles, (s) => segments.push(s), 2000);
-  return whole && { ...begun, first, from: 0, cycles, segments };
+// The run's own start, before any point of its branch hands over, and the value that begins the branch.
+damper.first = (data, given, direction) => {
+  const { along, way = [] } = damper.branch(data, given, direction) ?? {}, first = way.length ? { [along]: way[0] } : {};
+  return { ...damper.start(data, { ...given, ...first }), first };
 };
 
-// The run of a point: yields how far it is, so that the page stays alive, and returns the run.
+// First cycles of the run of a point, so few that they take no time: of a branch, at its first value.
+damper.beginning = (data, given, direction) => {
+  const begun = damper.first(data, given, direction), segments = [];
+  const most = Math.min(8, data.run.transient + data.run.periods);
+  const work = damper.stepwise(begun.model, begun.state, most, (one) => segments.push(one), 2000);
+  let turn = work.next();
+  while (!turn.done && (segments.length < 150 || !turn.value.cycles)) turn = work.next();
+  return turn.value && { ...begun, from: 0, cycles: turn.done ? most : turn.value.cycles, segments };
+};
+
+// The run of a point: yields after each event, so that the page stays alive, and returns the run.
 damper.running = function* (data, given, direction) {
   const { transient, periods, max_events: most } = data.run;
   let begun = damper.start(data, given);
-  const settle = function* (model, state, cycles, see) {
-    let s = Array.isArray(state) ? damper.begin(model, state) : state;
-    for (let cycle = s.cycles + 1; s && cycle <= cycles; cycle++) {
-      s = damper.run(model, s, cycle, see && ((one) => see(one, cycle)), most);
-      yield cycle / (transient + periods);
-    }
-    return s;
-  };
   const branch = damper.branch(data, given, direction);
   if (branch) { // each point of the branch before this one hands its end over
     const { along, way } = branch;
@@ -71,9 +70,9 @@ damper.running = function* (data, given, direction) {
       if (value !== given[along]) {
         const key = JSON.stringify([direction, { ...given, [along]: value }]), known = data.ends ??= {};
         if (!known[key]) {
-          const end = yield* settle(here.model, here.state, transient + periods);
+          const end = yield* damper.stepwise(here.model, here.state, transient + periods, null, most);
           if (!end) return null;
-          known[key] = damper.motion(here.model, end, (transient + periods - end.cycles) * here.model.cycle - end.time);
+          [known[key]] = damper.motion(here.model, end, [(transient + periods - end.cycles) * here.model.cycle - end.time]);
         }
         here.state = known[key];
       }
@@ -82,35 +81,35 @@ damper.running = function* (data, given, direction) {
   }
   const { model } = begun, watch = damper.watch(model, transient, { fraction: data.visible[0],
     speed: data.visible[1] * begun.time / begun.length, cycles: periods });
-  const settled = yield* settle(model, begun.state, transient);
+  const settled = yield* damper.stepwise(model, begun.state, transient, null, most);
   if (!settled) return null;
   const kept = [], end = transient + periods;
   const see = (s) => {
     watch.see(s);
     if ((s.cycles - end + Math.min(9, periods)) * model.cycle + s.time + s.duration >= 0) kept.push(s);
   };
-  if (!damper.run(model, settled, end, see, most)) return null;
+  if (!(yield* damper.stepwise(model, settled, end, see, most))) return null;
   const found = watch.result(), cycles = Math.min(periods, found.period ? found.period * Math.ceil(3 / found.period) : 8);
   const run = { ...begun, ...found, from: end - cycles, cycles, section: watch.states.filter((_, k) => k % 2 === 0) };
   run.segments = kept.filter((one) => (one.cycles - run.from) * model.cycle + one.time + one.duration > 0);
   if (!found.period) { // how far apart is a start beside it in the end?
     const [x, v, y, u] = watch.states[0], near = 1e-9 * (1 + Math.abs(x));
-    const twin = yield* settle(model, [x + near, v, y + near, u], periods);
-    const ends = twin && damper.motion(model, twin, (periods - twin.cycles) * model.cycle - twin.time);
-    run.growth = ends && Math.max(...ends.map((value, k) => Math.abs(value - watch.states.at(-1)[k]))) / near;
+    const twin = yield* damper.stepwise(model, [x + near, v, y + near, u], periods, null, most);
+    const [end] = twin ? damper.motion(model, twin, [(periods - twin.cycles) * model.cycle - twin.time]) : [];
+    run.growth = end && Math.max(...end.map((value, k) => Math.abs(value - watch.states.at(-1)[k]))) / near;
   }
   return run;
 };
 
 // Rows of [time, x, x', y, y'] over the cycles shown, both ends of each segment among them.
-damper.sampled = (run) => run.segments.flatMap((s) => {
+damper.sampled = (run, rows = 900) => run.segments.flatMap((s) => {
   const total = run.cycles * run.model.cycle, begins = (s.cycles - run.from) * run.model.cycle + s.time;
   const first = Math.max(begins, 0), length = Math.min(begins + s.duration, total) - first;
-  const count = Math.max(6, Math.ceil(length / total * 900));
-  return !(length >= 0) ? [] : Array.from({ length: count + 1 }, (_, k) => {
-    const time = first + length * k / count;
-    return [time, ...damper.motion(run.model, s, time - begins)];
-  });
+  if (!(length >= 0)) return [];
+  const count = Math.max(6, Math.ceil(length / total * rows));
+  const times = Array.from({ length: count + 1 }, (_, k) => first + length * k / count);
+  const states = damper.motion(run.model, s, times.map((time) => time - begins));
+  return times.map((time, k) => [time, ...states[k]]);
 });
 
 // Means and extremes over the cycles shown, and what became of the work of the force, per cycle.
@@ -169,7 +168,7 @@ const download = (name, rows) => element("a", { download: name, href: URL.create
   [rows.map((row) => `${row.map((cell) => /[",]/.test(cell) ? `"${cell}"` : cell).join()}\n`).join("")])) }).click();
 
 // After the next picture of the page: what takes long need not hold up the motion.
-const painted = (then) => requestAnimationFrame(() => setTimeout(then));
+const painted = (then) => new Promise((go) => requestAnimationFrame(() => setTimeout(go))).then(then);
 
 damper.draw = (place) => {
   const data = damper.figures[place.dataset.figure], map = data.kind === "map";
@@ -377,7 +376,7 @@ damper.draw = (place) => {
   };
 
   // --- the run of the point
-  let asked = 0, shown = null, moving = null, playing = false, waits = false;
+  let asked = 0, shown = null, moving = null, playing = false, waits = false, in_view = true;
   const direction = () => picks.direction ? data.axes.find((one) => one.name === "direction").values[at({ name: "direction" })] : data.direction;
   const where = () => [...new Set([...others.map((one) => one.name), x.name, ...(y ? [y.name] : [])])].map((name) => {
     const one = quantity[name];
@@ -390,36 +389,48 @@ damper.draw = (place) => {
     return values[one.name] !== (pick ? pick.own[at(pick)] : drawn);
   });
 
-  const follow = async (moves) => {
+  // In the next picture of the page: until then the mouse button's release is to be answered, by the plot
+  // as well, and what that reads of the page should not have changed.
+  const follow = (moves) => {
     const mine = ++asked;
-    if (panel._fullLayout) painted(() => mine === asked && Plotly.relayout(panel, { shapes: cursor() }));
+    requestAnimationFrame(() => mine === asked && compute(mine, moves));
+  };
+  const compute = async (mine, moves) => {
+    painted(() => {
+      if (mine !== asked) return;
+      if (panel._fullLayout) Plotly.relayout(panel, { shapes: cursor() });
+      if (moves) remember();
+    });
     const others = changed();
     beside.textContent = others.length ? `Not as in the figure above: ${others.map((one) =>
       `${one.label} ${show(values[one.name] === null ? "as the other" : scaled(one.name, values[one.name]))} ${one.units}`.trim()).join(", ")}.` : "";
-    if (moves) remember();
     const unknown = data.parameters.filter((one) => !one.known && values[one.name] !== one.default).map((one) => one.label);
     if (!data.forces.includes(data.forcing)) unknown.push(`the force “${data.forcing}”`);
+    if (data.masses > 1) unknown.push(`${data.masses} free masses`);
     const { transient, periods } = data.run;
     if (![transient, periods].every(Number.isInteger)) unknown.push("runs whose length is a time, not cycles");
     shown = moving = null;
     if (unknown.length) return stop(`This page does not compute ${unknown.join(", ")}; damper.run in Python does. At ${where()}.`);
+    if (!damper.first(data, values, direction()).state.every(Number.isFinite)) {
+      return stop(`Without damping there is no steady response at resonance, from which to start. At ${where()}.`);
+    }
     const work = damper.running(data, values, direction());
-    for (let turn = work.next(), began = performance.now(); ; turn = work.next()) {
+    for (let turn = work.next(), began = performance.now(), most = 8; ; turn = work.next()) {
       if (turn.done) { turn.value ? present(turn.value, moves) : stop(`The run stopped early, after ${data.run.max_events} events, at ${where()}.`); return; }
-      if (performance.now() - began < 25) continue;
-      if (!place.classList.contains("busy")) begin_with(damper.beginning(data, values, direction()), moves);
-      await new Promise((go) => setTimeout(go));
+      if (performance.now() - began < most) continue;
+      if (most === 8) begin_with(damper.beginning(data, values, direction()), moves);
+      await (most === 8 ? painted() : new Promise((go) => setTimeout(go)));
       if (mine !== asked) return;
-      began = performance.now();
+      [began, most] = [performance.now(), 25];
     }
   };
   // What lasts longer begins with the first cycles, and says which.
   const begin_with = (run, moves) => {
     place.classList.add("busy");
     const [first] = Object.keys(run?.first ?? {});
-    said.textContent = `Computing … at ${where()}.` + (run && moves ? ` Meanwhile its first ${run.cycles} cycles from the start${
+    said.textContent = `Computing … at ${where()}.` + (run && moves ? ` Meanwhile its first ${run.cycles > 1 ? `${run.cycles} cycles` : "cycle"} from the start${
       first ? `, at ${quantity[first].label} ${`${show(scaled(first, run.first[first]))} ${pretty(quantity[first].units)}`.trim()}, where its branch begins` : ""}.` : "");
-    if (run && moves) move(run, damper.sampled(run), moves);
+    if (run && moves) move(run, damper.sampled(run, 300), moves);
   };
   const move = (run, rows, moves) => {
     const { length: l, time: t } = run, size = l * (data.si ? 1e3 : 1);
@@ -496,7 +507,7 @@ damper.draw = (place) => {
 
   // --- the ball in its box: the way of the box and that of the ball in it have a scale each
   const animate = (time) => {
-    const { rows, walls } = moving, wide = stage.width = stage.clientWidth, pen = stage.getContext("2d");
+    const { rows, walls } = moving, wide = stage.width = stage.clientWidth || stage.width, pen = stage.getContext("2d");
     let low = 0, high = rows.length - 1;
     while (high - low > 1) { const middle = (low + high) >> 1; if (rows[middle][0] <= time) low = middle; else high = middle; }
     const part = Math.min(Math.max((time - rows[low][0]) / (rows[high][0] - rows[low][0] || 1), 0), 1);
@@ -523,7 +534,7 @@ damper.draw = (place) => {
   };
   const frame = (at) => {
     waits = false;
-    if (!playing || !moving || !place.isConnected) return;
+    if (!playing || !moving || !in_view) return;
     const total = moving.run.cycles * moving.cycle;
     moving.at = ((moving.at ?? 0) + (moving.last ? at - moving.last : 0) / 1000 * 10 ** speed.value * moving.cycle) % total;
     moving.last = at;
@@ -541,6 +552,11 @@ damper.draw = (place) => {
     waits = true;
   };
   play.addEventListener("click", () => start_playing(!playing));
+  // What nobody sees need not move.
+  new IntersectionObserver((seen) => {
+    in_view = seen.at(-1).isIntersecting;
+    if (in_view && playing) start_playing(true);
+  }).observe(stage);
 
   // --- link, Python, YAML
   const remember = () => {

@@ -23,7 +23,7 @@ from damper.parameters.dampers import BASIC, SI_NAME
 from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_QUANTITIES, is_si, ordered
 from damper.parameters.units import SI_UNITS, units_of
 from damper.sweep.branches import branches
-from damper.sweep.record import force_of
+from damper.sweep.record import force_of, masses_of
 
 #: Samples of one column that are nearer than this part of the panel's height are one dot; and most
 #: dots of a column.
@@ -127,6 +127,7 @@ def _runs(cube: Any, at: Mapping[str, Any], study: Mapping[str, Any]) -> dict[st
         "si": si,
         "forcing": force,
         "forces": FORCES,
+        "masses": masses_of(cube).get("masses", 1),
         "run": study["run"],
         "visible": Bursts(**study["observers"].get("bursts", {})).threshold,
     }
