@@ -59,7 +59,6 @@ FORCES = {
     "held record of the base": lambda draw: record(draw, of="base_acceleration", after="hold"),
     "noise": lambda draw: Noise(draw.randint(0, 99), 0.1, 30.0, (0.5, 4.0)),
 }
-#: Of the inertia in a frame that moves, which dry friction refuses.
 #: Each model, or law, with each force.
 PAIRS = [(m, f) for m in MODELS for f in FORCES]
 
