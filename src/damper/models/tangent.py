@@ -51,9 +51,14 @@ def shrunk_by(model: Any, s: Segment) -> float:
     """What the impact or reversal that begins a segment leaves of volumes of (x, v, y, u)."""
 
 
-@by_class_or_default
+@by_class
 def friction_in(model: Any) -> float:
     """Acceleration that dry friction gives the free mass while it slides."""
+
+
+@compiled
+def no_friction(model: Any) -> float:
+    """As `friction_in`, of a box without friction."""
     return 0.0
 
 
@@ -85,6 +90,7 @@ def have_rigid_walls(kind: type) -> None:
     damping_in.of(kind)(_damping_in)
     over_event.of(kind)(_over_event)
     stay_on.of(kind)(stay_joined)
+    friction_in.of(kind)(no_friction)
 
 
 @compiled

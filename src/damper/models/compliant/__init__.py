@@ -524,5 +524,7 @@ def _lags(force, span):
 for _name in ("joins", "shrunk_by", "velocities_after", "damping_in", "over_event", "stay_on"):
     getattr(declared_tangent, _name).of(Compliant)(getattr(tangent, _name))
     of_a_wall(getattr(declared_tangent, _name))
+for _kind in (Compliant, CompliantPair):
+    declared_tangent.friction_in.of(_kind)(declared_tangent.no_friction)
 for _function in (declared.motion, declared.begin, declared.following):
     of_a_wall(_function)

@@ -48,6 +48,9 @@ from damper.models.several.pinch import is_pinched, times_over_gaps, turns_of
 _TOGETHER = 1e-9
 
 
+tangent.friction_in.of(Several)(tangent.no_friction)
+
+
 @tangent.damping_in.of(Several)
 def _damping_in(model, s):
     return 2.0 * model.free.damping
