@@ -66,8 +66,10 @@ def test_range_and_its_ends(name: str) -> None:
     for value in (math.nan, *outside):
         message = f"{name} = {value!r}: must be a finite number with {words}"
         assert refused(Parameters, {**GOOD, name: value}) == message
+    (needs,) = (q.needs for q in Parameters.quantities if q.name == name)
+    beside = {needs: 0.0} if needs else {}
     for value in ends:
-        assert getattr(Parameters(**{**GOOD, name: value}), name) == value
+        assert getattr(Parameters(**{**GOOD, **beside, name: value}), name) == value
 
 
 @pytest.mark.parametrize("value", [True, "0.5", None, 1j, 10**400])
@@ -116,7 +118,10 @@ def test_fields_are_the_declarations(kind: type) -> None:
     [
         ({}, "rigid"),
         ({name: ALL[name].default for name in PARAMETER_NAMES[6:]}, "rigid"),
-        ({"modulation_order": 3, "modulation_phase": 1.0, "yield_speed": 1.0}, "rigid"),
+        (
+            {"modulation_depth": 0, "modulation_order": 3, "modulation_phase": 1, "yield_speed": 1},
+            "rigid",
+        ),
         ({"support_stiffness_ratio": 0.1, "yield_speed": 1.0}, "grounded"),
         ({"support_damping_factor": 2.0}, "grounded"),
         ({"contact_stiffness_ratio": 1e4, "contact_tension": 1}, "compliant"),
@@ -153,6 +158,8 @@ def test_damping_of_the_support_is_given_in_two_ways() -> None:
             "support_damping_factor and support_damping_ratio both give",
         ),
         ({"contact_tension": 1}, "contact_tension = 1: a rigid wall has no tension"),
+        ({"clearance_spread": 0.2}, "clearance_spread without unit_count: it has no effect"),
+        ({"modulation_order": 2}, "modulation_order without modulation_depth: it has no effect"),
         (
             {"contact_stiffness_ratio": 9.0, "restitution": 9e-4},
             "restitution = 0.0009 with contact_stiffness_ratio: must be >= 0.001",

@@ -238,6 +238,7 @@ class Parameters(Declared):
         default=1.0,
         model="time_varying",
         chooses=False,
+        needs="modulation_depth",
     )
     modulation_phase: float = quantity(
         r"$\varphi_\mu$",
@@ -246,6 +247,7 @@ class Parameters(Declared):
         default=0.0,
         model="time_varying",
         chooses=False,
+        needs="modulation_depth",
     )
     friction: float = quantity(
         r"$a_\mathrm{f}$",
@@ -278,6 +280,7 @@ class Parameters(Declared):
         default=0.0,
         model="several",
         chooses=False,
+        needs="unit_count",
     )
 
     # A force, or the name of one without settings until it is read.
@@ -594,7 +597,7 @@ class SIParameters(Declared, shares=Parameters):
                 }
                 for mass in parameters.masses
             ]
-        return cls(**given)
+        return cls.of_known(**given)
 
     @cached_property
     def dimensionless(self) -> Parameters:
@@ -624,7 +627,8 @@ class SIParameters(Declared, shares=Parameters):
             }
             for own in self.masses
         ]
-        return Parameters(**scaled, forcing=self.forcing.over(units.time), masses=masses)
+        # What is at its default is left out, although it may be given.
+        return Parameters.of_known(**scaled, forcing=self.forcing.over(units.time), masses=masses)
 
     @cached_property
     def units(self) -> Units:

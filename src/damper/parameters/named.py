@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from damper.parameters.dampers import Parameters, SIParameters
 from damper.parameters.masses import OF_ANY_MASS, changed_in, split, value_in, with_own
 from damper.parameters.quantities import INITIAL_NAMES, is_si, of_a_mass, unknown_name
-from damper.parameters.quantity import Quantity
+from damper.parameters.quantity import Quantity, check_needs
 
 Names = tuple[str, ...]
 Damper = TypeVar("Damper", bound=Parameters | SIParameters)
@@ -77,6 +77,7 @@ def language(
     missing = [name for name, q in known.items() if name not in parameters and q.default is None]
     if missing and not ("masses" in parameters and {*missing} <= {*OF_ANY_MASS}):
         raise TypeError(f"missing parameters: {', '.join(missing)}")
+    check_needs(known.values(), parameters)
     own = tuple(name for name in parameters if split(name))
     return kind, tuple(name for name in parameters if name not in own), own, initial
 

@@ -10,7 +10,7 @@ figures and the arguments of `damper.simulate` follow from that.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from functools import wraps
 from inspect import cleandoc
@@ -47,6 +47,8 @@ class Quantity:
     """Model of `damper.models` that it belongs to; none for what every model has."""
     chooses: bool = True
     """Whether a value other than the default asks for this model."""
+    needs: str = ""
+    """Quantity without which it has no effect, so that nobody gives it alone."""
     law: str = ""
     """Contact law of `damper.engine.impact` that a value other than the default asks for."""
     from_si: Callable[..., float] | None = None
@@ -62,6 +64,17 @@ class Quantity:
             words = f"{'>' if self.above else '>='} {self.minimum:g}"
         words += ", whole" if self.whole else ""
         return f"{words} ({self.note})" if self.note else words
+
+    @property
+    def about(self) -> str:
+        """A sentence: its meaning, units and range."""
+        parts = [
+            self.long_name[0].upper() + self.long_name[1:],
+            self.definition,
+            "" if self.units == "1" else f"in {self.units}",
+            "" if self.limits == "any" else self.limits,
+        ]
+        return "; ".join(filter(None, parts)) + "."
 
     @property
     def allowed(self) -> str:
@@ -135,6 +148,13 @@ def whole(
     return int(number)
 
 
+def check_needs(quantities: Iterable[Quantity], given: Collection[str]) -> None:
+    """Raise ValueError for a name that is given without the one that it needs."""
+    for q in quantities:
+        if q.needs and q.name in given and q.needs not in given:
+            raise ValueError(f"{q.name} without {q.needs}: it has no effect; give both or none")
+
+
 def in_range(name: str, value: float, **limits: Any) -> float:
     """Return a finite number as float; `limits` and errors are those of `Quantity`.
 
@@ -183,7 +203,7 @@ class Declared:
             (f.name, f.default, made[f.name].check, bool(f.kw_only)) for f in numbers
         )
         cls.__doc__ = filled(cls.__doc__, cls.quantities)
-        _name_what_is_meant(cls)
+        _check_names(cls)
 
     def __repr__(self) -> str:
         text = ", ".join(f"{name}={value!r}" for name, value in self.given.items())
@@ -215,8 +235,8 @@ class Declared:
         return options
 
 
-def _name_what_is_meant(kind: type[Declared]) -> None:
-    """Let the error for an unknown name have the nearest one."""
+def _check_names(kind: type[Declared]) -> None:
+    """Refuse a name without effect, and let the error for an unknown one have the nearest."""
     plain = kind.__init__
 
     @wraps(plain)
@@ -231,6 +251,7 @@ def _name_what_is_meant(kind: type[Declared]) -> None:
                 if name not in known:
                     raise unknown_name("parameter", name, known) from None
             raise
+        check_needs(kind.quantities, named)
 
     kind.__init__ = init  # type: ignore[method-assign]
     kind._init = plain
@@ -258,10 +279,7 @@ def filled(text: str | None, quantities: Iterable[Quantity], kind: str = "float"
 def _entry(quantity: Quantity, kind: str) -> str:
     """Entry of one quantity in a docstring, in numpydoc's form."""
     default = "" if quantity.default is None else f", default {quantity.default:g}"
-    about = quantity.long_name[0].upper() + quantity.long_name[1:]
-    about += f"; {quantity.definition}" if quantity.definition else ""
-    about += f"; in {quantity.units}" if quantity.units != "1" else ""
     # A range keeps its sign on the line of its number.
-    about += "" if quantity.limits == "any" else f"; {quantity.limits.replace('= ', '=~')}"
-    lines = (line.replace("=~", "= ") for line in wrap(f"{about}.", 90))
+    about = quantity.about.replace("= ", "=~")
+    lines = (line.replace("=~", "= ") for line in wrap(about, 90))
     return "".join([f"{quantity.name} : {kind}{default}\n", *(f"    {line}\n" for line in lines)])

@@ -30,8 +30,9 @@ def main() -> None:
     \b
     damper events --mass-ratio 0.1 --damping-ratio 0.05 --frequency-ratio 0.2 \\
                   --clearance 0.25 --restitution 0.6 --until 60
+    damper design machine.yaml
     damper new my_study
-    damper check config/studies/my_study.yaml
+    damper check my_study
     """
 
 
@@ -40,16 +41,12 @@ def _quantities(kind: type[Declared]) -> Callable[[Any], Any]:
 
     def decorate(command: Any) -> Any:
         for quantity in reversed(kind.quantities):
-            text = quantity.long_name + (f", in {quantity.units}" if quantity.units != "1" else "")
-            given: dict[str, Any] = {"required": True}
-            if quantity.default is not None:
-                given = {"default": quantity.default}
             option = click.option(
                 "--" + quantity.name.replace("_", "-"),
                 quantity.name,
                 type=float,
-                **given,
-                help=f"{text[0].upper()}{text[1:]}.",
+                required=quantity.default is None,
+                help=quantity.about,
             )
             command = option(command)
         return command
@@ -59,29 +56,49 @@ def _quantities(kind: type[Declared]) -> Callable[[Any], Any]:
 
 EVENTS = """List the events of one damper in {unit}.
 
-It starts from rest, with the free mass in the centre. Printed are time, kind (impact, stick or
-release), side (-1 left wall, 1 right wall), approach speed, and the primary's displacement x and
-velocity v. With --csv they go into a file, with --plot the motion is drawn instead."""
+It starts from rest, with the free mass in the centre. Printed are time, kind ({kinds}),
+side (-1 left wall, 1 right wall), approach speed, and the primary's displacement x and
+velocity v. With --csv they go into a file, with --plot the motion is drawn instead.
+
+\b
+{example}"""
 
 
-def _events_command(name: str, kind: Any, unit: str, time: str) -> None:
+def _events_command(name: str, kind: Any, unit: str, time: str, example: str) -> None:
     """Add a command that prints the events of a damper."""
 
-    @main.command(name, help=EVENTS.format(unit=unit))
+    text = EVENTS.format(unit=unit, kinds=", ".join(KINDS), example=example)
+
+    @main.command(name, help=text)
     @_quantities(kind)
     @click.option("--until", type=float, required=True, help=f"Time to which it runs, in {time}.")
     @click.option("--csv", type=click.Path(dir_okay=False), help="Write all events here.")
     @click.option("--plot", type=click.Path(dir_okay=False), help="Draw the motion into this file.")
-    def command(until: float, csv: str | None, plot: str | None, **values: float) -> None:
+    def command(until: float, csv: str | None, plot: str | None, **values: Any) -> None:
         try:
-            parameters = kind(**values)
+            parameters = kind(**{k: v for k, v in values.items() if v is not None})
             _show(parameters, until, csv, plot)
         except (ValueError, TypeError, OSError) as error:
             raise click.ClickException(str(error)) from None
 
 
-_events_command("events", Parameters, "dimensionless numbers", TIME)
-_events_command("events-si", SIParameters, "SI units", "s")
+_events_command(
+    "events",
+    Parameters,
+    "dimensionless numbers",
+    TIME,
+    """damper events --mass-ratio 0.1 --damping-ratio 0.05 --frequency-ratio 0.2 \\
+              --clearance 0.25 --restitution 0.6 --until 60""",
+)
+_events_command(
+    "events-si",
+    SIParameters,
+    "SI units",
+    "s",
+    """damper events-si --primary-mass 100 --damping 800 --stiffness 4e6 --free-mass 10 \\
+                 --force-amplitude 200 --forcing-frequency 200 --gap 1e-3 \\
+                 --restitution 0.3 --until 0.5""",
+)
 
 
 def _show(parameters: Any, until: float, csv: str | None, plot: str | None) -> None:
@@ -104,6 +121,9 @@ def check(files: tuple[str, ...]) -> None:
 
     For each: whether it is valid, its slices, points, runs and impacts, and rough upper
     figures of time, memory and disk. Nothing is made.
+
+    \b
+    damper check config/studies/my_study.yaml restitution
     """
     from damper.study.check import main as check_files
 
@@ -143,9 +163,15 @@ class _DesignCommand(click.Command):
 def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> None:
     """Size the damper of MACHINE for the worst case.
 
-    MACHINE is a YAML file; what is given by options counts before it. All is in SI units, and
-    frequencies are in Hz. With --output a page, its figures and the studies behind all numbers are
-    written.
+    MACHINE is a YAML file; what is given by options counts in place of what it says. All is in SI
+    units, and frequencies are in Hz. With --output a page, its figures and the studies behind all
+    numbers are written.
+
+    \b
+    damper design machine.yaml --restitution 0.5 --output machine
+    damper design --mass 100 --natural-frequency 31.8 --damping-ratio 0.02 \\
+                  --force-amplitude 200 --band 28 36 --restitution 0.3 \\
+                  --largest-mass 10 --largest-gap 5e-3 --quick
     """
     from damper.sizing.answer import design
     from damper.study.yaml_file import ConfigError
@@ -164,7 +190,7 @@ def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> 
 def new(name: str) -> None:
     """Begin a study NAME from the template.
 
-    It is a copy of the template, in which every key is explained.
+    It is a copy of the template, in which every key is explained: `damper new my_study`.
     """
     from damper.study.fields import STEM, STEM_WORDS
 
