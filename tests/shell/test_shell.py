@@ -65,4 +65,5 @@ def test_a_new_study_is_valid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert "exists" in called("new", "mine", code=1)
     assert "yes" in called("check", "config/studies/mine.yaml")
     assert "yes" in called("check", "mine")
-    assert "did you mean 'mine'?" in called("check", "mien", code=1)
+    assert "yes" in called("check", "mine.yaml")
+    assert called("check", "mien", code=1).count("did you mean 'mine.yaml'?") == 1

@@ -89,6 +89,32 @@ def test_a_file_is_read_with_its_lines_and_options_count_before_it(tmp_path: Pat
     assert "unknown key 'mas'" in called("design", str(path), code=1)
 
 
+@pytest.mark.parametrize("key", ["force-record", "acceleration-record"])
+def test_records_and_ranges_are_given_in_the_shell(
+    key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All but the search, which takes half a minute."""
+    from damper.sizing.study import Sizes  # not before it is asked for, see below
+
+    best = (10.0, 1e-3, 0.2)
+    monkeypatch.setattr("damper.sizing.search.Search.best", lambda search: Sizes(*best))
+    monkeypatch.chdir(tmp_path)
+    names = ("mass", "stiffness", "damping_ratio", "largest_mass", "largest_gap")
+    options = [f"--{name.replace('_', '-')}={FRAME[name]}" for name in names]
+    options += ["--restitution-range", "0.2", "0.6", f"--{key}"]
+    Path("shock.csv").write_text("0,0\n0.01,5\n0.02,0\n")
+    card = called("design", *options, "shock.csv", "--output", "made")
+    assert "coefficient of restitution                    0.2\n" in card
+    assert "halfway to a wall" in Path("made/design.md").read_text()
+    message = called("design", *options, "shok.csv", code=1)
+    name = key.replace("-", "_")
+    assert f"{name}: shok.csv: there is no such file (did you mean 'shock.csv'?)" in message
+    Path("shock.csv").write_text("t (s),a (g)\n0,0\n0.01,5\n0.02,0\n")
+    unit = "N" if key == "force-record" else "m/s2"
+    message = called("design", *options, "shock.csv", code=1)
+    assert message.endswith(f"shock.csv, line 1: a is in g: must be in {unit}, or without unit\n")
+
+
 def test_nothing_of_it_is_loaded_before_it_is_asked_for() -> None:
     code = """
 import contextlib, io, json, sys

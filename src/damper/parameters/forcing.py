@@ -795,8 +795,7 @@ def _places(
         name, found = head[column] if 0 <= column < len(head) else ("", "")
         if found.replace("^", "") not in ("", "1", unit):
             raise ValueError(
-                f"{path}, line {first}: {name} is in {found}: must be in {unit}, or without unit, "
-                "where force_amplitude has that of the values"
+                f"{path}, line {first}: {name} is in {found}: must be in {unit}, or without unit"
             )
     return places
 

@@ -16,7 +16,7 @@ from damper.parameters.setting import Setting
 from damper.study.fields import NamedMapping, Pair, Strict, Text, Unit
 from damper.study.messages import Mistakes, mistakes_of
 from damper.study.settings import Assumed, Stated, check_origin, declared_class
-from damper.study.yaml_file import ConfigError, Problem, read_yaml
+from damper.study.yaml_file import ConfigError, Problem, read_yaml, unreadable
 from damper.theory.steady import steady_amplitude
 
 #: What drives the machine: key -> the forcing of a study.
@@ -152,8 +152,14 @@ class Machine(Settings):  # type: ignore[misc]
             try:
                 if self.record.time[0] < 0.0:
                     mistakes.add((drive,), "the record begins before 0 s", "times from 0 on")
-            except (OSError, ValueError) as error:
-                mistakes.add((drive,), str(error), "a CSV file with columns of time and value")
+            except OSError as error:
+                path = getattr(self, drive)
+                problem, near = unreadable(Path(path), error)
+                allowed = "a CSV file with columns of time and value"
+                mistakes.add((drive,), f"{path}: {problem}", allowed, near)
+            except ValueError as error:
+                message, _, allowed = str(error).partition(": must be ")
+                mistakes.add((drive,), message, allowed)
 
     def _check_restitutions(self, mistakes: Mistakes) -> None:
         tolerance = self.restitution_tolerance

@@ -11,7 +11,6 @@ from typing import Any
 
 from damper.engine.trajectory import Trajectory
 from damper.models import model_of
-from damper.parameters.quantities import nearest
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.estimate import COMPILE_SECONDS, PLAIN_SECONDS, estimate
 from damper.study.yaml_file import join_names
@@ -39,15 +38,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     rows: list[tuple[str, ...]] = [("study", "valid", *_COLUMNS)]
     notes, errors = [], []
     for given in parser.parse_args(arguments).files:
-        named = _STUDIES / f"{given}.yaml"
-        path: Path = named if named.exists() and not given.exists() else given
+        named = _STUDIES / f"{str(given).removesuffix('.yaml')}.yaml"
+        path: Path = given if given.exists() or given.parent != Path() else named
         try:
             study = load_study(path)
             rows.append((path.stem, "yes", *_cells(study)))
             notes += [f"{path.stem}: {note}" for note in _notes(study)]
         except ConfigError as error:
             rows.append((path.stem, "no", *"-" * len(_COLUMNS)))
-            errors.append(f"{error}{_meant(given)}")
+            errors.append(str(error))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for name, *cells in rows:
         padded = [cell.rjust(width) for cell, width in zip(cells, widths[1:], strict=True)]
@@ -56,13 +55,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for text in errors:
         print(text, file=sys.stderr)
     return 1 if errors else 0
-
-
-def _meant(given: Path) -> str:
-    """Return a line with the study that a file which is not there was probably meant to be."""
-    names = [] if given.exists() else sorted(path.stem for path in _STUDIES.glob("*.yaml"))
-    near = nearest(given.stem, names)
-    return f"\n    did you mean {near!r}?" if near else ""
 
 
 def _cells(study: Any) -> Sequence[str]:

@@ -24,7 +24,7 @@ from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.schema import Schema, first_line
 from damper.study.settings import Assumed, Stated, check_origin
-from damper.study.yaml_file import Loc
+from damper.study.yaml_file import Loc, unreadable
 
 
 class _Named(Strict):
@@ -74,11 +74,10 @@ class ForceEntry(_Named):
         try:
             self.force(folder)
         except OSError as error:
-            problem = "there is no such file"
-            if not isinstance(error, FileNotFoundError):
-                problem = f"cannot be read: {error.strerror or 'unknown reason'}"
-            path = f"{self.path(folder)}"
-            mistakes.add(("file",), f"{path}: {problem}", "a CSV file, relative to the study's")
+            path: Any = self.path(folder)
+            problem, near = unreadable(path, error)
+            message, allowed = f"{path}: {problem}", "a CSV file, relative to the study's"
+            mistakes.add(("file",), message, allowed, near)
         except (ValueError, TypeError) as error:
             loc, words = _place(str(error))
             message, _, allowed = words.partition(": must be ")

@@ -19,6 +19,8 @@ from yaml.error import MarkedYAMLError, YAMLError
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from yaml.reader import ReaderError
 
+from damper.parameters.quantities import nearest
+
 MOST_BYTES = 10_000_000
 """Of a file, which takes up to 12 s to read; a study has some 5000."""
 
@@ -127,10 +129,9 @@ def read_yaml(path: Path, label: str | None = None) -> YamlFile:
         _refuse_endless(path, label)
         file = YamlFile(label, None, _tree(_decoded(path.read_bytes())))
         file.data = None if file.root is None else _Values(file).of(file.root, ())
-    except FileNotFoundError:
-        problem = Problem(label, (), "there is no such file")
     except OSError as error:
-        problem = Problem(label, (), f"cannot be read: {error.strerror or 'unknown reason'}")
+        message, near = unreadable(path, error)
+        problem = Problem(label, (), message, near=near)
     except _NotYamlError as error:
         message = f"not valid YAML at line {error.line}, column {error.column}: {error}"
         problem = Problem(f"{label}:{error.line}", (), message)
@@ -146,6 +147,16 @@ def read_yaml(path: Path, label: str | None = None) -> YamlFile:
             message = f"the top level must be a mapping (it is {display(file.data)})"
             problem = Problem(f"{label}:{_line(file.root)}", (), message, "key: value")
     raise ConfigError.of([problem])
+
+
+def unreadable(path: Path, error: OSError) -> tuple[str, str]:
+    """Say why a file cannot be read, and which one beside it was probably meant, or nothing."""
+    if not isinstance(error, FileNotFoundError):
+        return f"cannot be read: {error.strerror or 'unknown reason'}", ""
+    names: list[str] = []
+    with suppress(OSError):
+        names = sorted(other.name for other in path.parent.iterdir())
+    return "there is no such file", nearest(path.name, names)
 
 
 def _refuse_endless(path: Path, label: str) -> None:
