@@ -243,6 +243,28 @@ def test_a_link_leads_to_what_was_chosen(folder: Path, browser: Browser) -> None
         assert other.errors == []
 
 
+def test_an_address_that_leads_nowhere_says_so(folder: Path) -> None:
+    if CHROMIUM is None:
+        pytest.skip("no Chromium is installed")
+    page = (folder / "report.html").as_uri()
+    with Browser(f"{page}#stdy/tables/t") as browser:
+        lost = "document.querySelector('#lost').textContent"
+        assert browser.value(f"{lost}.includes('“stdy/tables/t”')")
+        assert browser.value("document.querySelector('#lost a').hash") == "#study/tables/t"
+        asked = "damping_ratio=3.5e3&restitution=0.45&shwn=1"
+        browser.value(f"location.hash = 'figure=study/interactive/diagram&{asked}'")
+        assert browser.value("document.querySelector('#lost').hidden")
+        browser.wait(f"{figure('diagram')}.querySelectorAll('.said').length > 0")
+        said(browser, "diagram", "0.45")
+        wrong = browser.value(f"{figure('diagram')}.querySelector('[role=alert]').textContent")
+        assert "damping_ratio=3.5e3, shwn=1" in wrong
+        # Another address of the same page is followed, too.
+        browser.value("location.hash = 'figure=study/interactive/diagram&restitution=0.55'")
+        said(browser, "diagram", "0.55")
+        assert not browser.value(f"{figure('diagram')}.querySelector('[role=alert]').textContent")
+        assert browser.errors == []
+
+
 def test_what_is_copied_runs_the_same(browser: Browser, tmp_path: Path) -> None:
     copied = {}
     for words in ("Python", "YAML"):

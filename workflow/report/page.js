@@ -151,6 +151,7 @@ const CHATTER = ["no visible chatter", "incomplete chatter", "complete chatter"]
 const show = (value) => typeof value === "number" ? String(Number(value.toPrecision(5))) : value;
 const pretty = (units) => units.replace("sqrt(K M)", "√(KM)").replace("sqrt", "√").replace("F0", "F₀").replace("^2", "²");
 const named = (label, units) => units ? `${label} / ${/[ /]/.test(units) ? `(${pretty(units)})` : pretty(units)}` : label;
+const fits = (one, value) => value === null || value >= (one.least ?? -Infinity) && value <= (one.most ?? Infinity);
 const element = (tag, set = {}, ...inside) => {
   const made = Object.assign(document.createElement(tag), set);
   made.append(...inside);
@@ -201,8 +202,7 @@ damper.draw = (place) => {
       let value = range && more.log ? Math.exp(input.value) : Number(input.value) / one.scale;
       if (input.value === "") value = one.default;
       if (value === undefined) return;
-      const fits = value === null || value >= (one.least ?? -Infinity) && value <= (one.most ?? Infinity);
-      input.setCustomValidity(fits ? "" : `must be ${one.allowed}`);
+      input.setCustomValidity(fits(one, value) ? "" : `must be ${one.allowed}`);
       if (!input.reportValidity()) return;
       set(name, value);
       follow(true);
@@ -236,6 +236,7 @@ damper.draw = (place) => {
   panel.setAttribute("aria-label", `${place.dataset.caption}. The fields below choose a point, too.`);
   const said = element("p", { className: "said" }), beside = element("p", { className: "more" });
   said.setAttribute("aria-live", "polite");
+  const wrongly = element("p", { role: "alert" });
   const stage = element("canvas", { className: "stage", height: 80 }), scale = element("p", { className: "more" });
   stage.setAttribute("role", "img");
   const [history, primary, relative] = ["history", "", ""].map((name) => element("div", { className: name, role: "group" }));
@@ -256,9 +257,9 @@ damper.draw = (place) => {
   const bar = element("div", { className: "controls bar" }, play, element("label", {}, "speed ", speed),
     copy("Copy link", () => location.href), copy("Copy as Python", () => python()), copy("Copy as YAML", () => yaml()),
     button("Figure as CSV", () => download(`${place.dataset.figure.replaceAll("/", "-")}.csv`, table())),
-    button("Motion as CSV", () => download("motion.csv", [["time", "x", "v", "y", "u"], ...(shown?.rows ?? [])])), note);
+    button("Motion as CSV", () => download("motion.csv", motion())), note);
   const colourOf = map && !data.classes.length ? `Colour: ${named(data.label, data.units)}` : "";
-  place.replaceChildren(controls, element("p", { className: "more" }, colourOf), panel, sliders,
+  place.replaceChildren(wrongly, controls, element("p", { className: "more" }, colourOf), panel, sliders,
     element("details", {}, element("summary", {}, "All parameters and the start"), every), beside, said, stage, scale, bar, text, runs, measured);
 
   const at = (one) => Number(picks[one.name].value);
@@ -343,14 +344,20 @@ damper.draw = (place) => {
     return Object.values(traces);
   };
 
+  const head = (one) => one.units ? `${one.name} (${one.units})` : one.name;
+  const digits = (value) => Number.isFinite(value) ? Number(value.toPrecision(7)) : ""; // all that four bytes hold
   const table = () => {
-    const traces = map ? heat() : diagram(columns[Number(variable.value)] || columns[0]);
-    const settings = fixed.map((one) => [one.name, one.values[at(one)]]), names = settings.map(([name]) => name);
-    const rest = settings.map(([, value]) => value), label = map ? data.label : columns[Number(variable.value) || 0].name;
-    const rows = map ? y.values.flatMap((up, j) => x.values.map((value, i) => [...rest, value, up, traces[0].customdata[j][i]]))
-      : traces.flatMap((trace) => trace.x.map((value, k) => [...rest, value, trace.y[k], trace.name]));
-    const units = (one) => one.units ? `${one.name} (${one.units})` : one.name;
-    return [[...names, units(x), ...(map ? [units(y), label] : [label, "kind"])], ...rows];
+    const one = columns[Number(variable.value)] || columns[0], rest = fixed.map((one) => one.values[at(one)]);
+    if (!map) return [[...fixed, x, one].map(head).concat("kind"), ...diagram(one).flatMap((trace) =>
+      trace.x.map((value, k) => [...rest, value, digits(trace.y[k]), trace.name]))];
+    const from = number(fixed) * size, cell = (z) => data.classes[z]?.[0] ?? digits(z);
+    return [[...fixed, x, y, { name: data.label, units: data.units }].map(head), ...y.values.flatMap((up, j) =>
+      x.values.map((value, i) => [...rest, value, up, cell(grid[from + j * x.values.length + i])]))];
+  };
+
+  const motion = () => {
+    const units = shown?.units ?? {}, of = { time: units.time, x: units.length, v: units.speed, y: units.length, u: units.speed };
+    return [Object.entries(of).map(([name, units]) => head({ name, units })), ...(shown?.rows ?? [])];
   };
 
   const cells = (one) => { // from the outer edge of the first cell to that of the last
@@ -452,7 +459,7 @@ damper.draw = (place) => {
       : { l: 1, length: "F0/K", time: "sqrt(M/K)", speed: "F0/sqrt(K M)", energy: "F0^2/K" };
     const size = l * units.l;
     place.classList.remove("busy");
-    shown = move(run, rows, moves);
+    shown = Object.assign(move(run, rows, moves), { units });
     let words = damper.in_words(run);
     if (!run.period) words = run.growth > 1e3 ? `chaotic: a difference of 1e-9 grows to ${show(Number((run.growth * 1e-9).toPrecision(2)))} in ${data.run.periods} cycles`
       : `no period up to 8 cycles: quasi-periodic, or not settled after ${data.run.transient} cycles`;
@@ -568,13 +575,30 @@ damper.draw = (place) => {
     window.history.replaceState(null, "", `#${new URLSearchParams(kept)}`);
   };
   const recall = (kept) => {
-    if (kept.get("figure") !== place.dataset.figure) return;
-    if (kept.has("shown")) variable.value = kept.get("shown");
-    for (const name in values) set(name, !kept.has(name) ? start[name] : kept.get(name) === "" ? null : Number(kept.get(name)));
-    for (const one of others) {
-      const own = one.name in quantity ? one.own.indexOf(values[one.name]) : Number(kept.get(one.name) ?? 0);
-      picks[one.name].value = kept.get(`${one.name}_shown`) ?? Math.max(own, 0);
+    if (kept.get("figure") !== place.dataset.figure) return false;
+    const wrong = [];
+    const taken = (key, known, before) => {
+      const value = kept.get(key);
+      if (value === null || known(value)) return value ?? before;
+      wrong.push(`${key}=${value}`);
+      return before;
+    };
+    const listed = (select) => (value) => /^\d+$/.test(value) && Number(value) < select.options.length;
+    const allowed = (name) => (value) => value === "" ? quantity[name].default === null
+      : Number.isFinite(Number(value)) && fits(quantity[name], Number(value));
+    if (data.variables?.length > 1) variable.value = taken("shown", listed(variable), variable.value);
+    for (const name in values) {
+      const value = taken(name, allowed(name), start[name]);
+      set(name, value === "" || value === null ? null : Number(value));
     }
+    for (const one of others) {
+      const own = one.name in quantity ? one.own.indexOf(values[one.name]) : taken(one.name, listed(picks[one.name]), 0);
+      picks[one.name].value = taken(`${one.name}_shown`, listed(picks[one.name]), Math.max(own, 0));
+    }
+    const keys = ["figure", "shown", ...Object.keys(values), ...others.flatMap(({ name }) => [name, `${name}_shown`])];
+    for (const [key, value] of kept) if (!keys.includes(key)) wrong.push(`${key}=${value}`);
+    wrongly.textContent = wrong.length ? `The address asks for ${wrong.join(", ")}, which this figure does not have; it shows what it has by itself.` : "";
+    return true;
   };
   const begins = () => {
     const { state: [a, v, y, u], length, time } = shown.run;
@@ -645,16 +669,41 @@ document.querySelectorAll("[data-figure]").forEach((place) => near.observe(place
 
 // --- Chapters, filter and sorting -----------------------------------------------------------------
 
-// A link leads into a folded chapter: open all that is around its target.
-const unfold = () => {
-  const kept = new URLSearchParams(location.hash.slice(1));
-  const target = kept.has("figure") ? document.querySelector(`[data-figure="${CSS.escape(kept.get("figure"))}"]`)
-    : document.getElementById(decodeURIComponent(location.hash.slice(1)));
-  for (let one = target; one; one = one.parentElement) if (one.tagName === "DETAILS") one.open = true;
-  target?.querySelector(":scope > details.chapter")?.setAttribute("open", "");
-  target?.scrollIntoView();
+// Names that differ in the fewest letters are the nearest.
+const distance = (one, other) => {
+  let row = [...other, ""].map((_, k) => k);
+  [...one].forEach((letter, k) => {
+    row = row.reduce((made, up, n) => [...made, n ? Math.min(up + 1, made[n - 1] + 1, row[n - 1] + (letter !== other[n - 1])) : k + 1], []);
+  });
+  return row.at(-1);
 };
-addEventListener("hashchange", unfold);
+const lost = document.querySelector("#lost");
+
+// A link leads into a folded chapter: open all that is around its target, or say that there is none.
+const unfold = () => {
+  lost.hidden = true;
+  if (location.hash.length < 2) return;
+  const asked = location.hash.slice(1), figure = new URLSearchParams(asked).get("figure");
+  let name = asked;
+  try { name = figure ? `figure=${figure}` : decodeURIComponent(asked); } catch { /* no text: as it stands */ }
+  const target = document.getElementById(name);
+  if (!target) {
+    const ids = [...document.querySelectorAll("section, figure, [data-figure], h3[id], td[id]")].map((one) => one.id).filter(Boolean);
+    const near = ids.sort((a, b) => distance(name, a) - distance(name, b))[0];
+    lost.replaceChildren(`Nothing on this page has the address “${name}”. The nearest one: `, element("a", { href: `#${near}` }, near), ".");
+    lost.hidden = false;
+    lost.scrollIntoView();
+    return;
+  }
+  for (let one = target; one; one = one.parentElement) if (one.tagName === "DETAILS") one.open = true;
+  target.querySelector(":scope > details.chapter")?.setAttribute("open", "");
+  target.scrollIntoView();
+};
+addEventListener("hashchange", () => {
+  unfold();
+  const kept = new URLSearchParams(location.hash.slice(1));
+  if (kept.has("figure")) damper.drawn.forEach((one) => { one.recall(kept) && one.refresh(); });
+});
 document.addEventListener("click", ({ target }) => target.closest("a[href^='#']") && setTimeout(unfold));
 unfold();
 
