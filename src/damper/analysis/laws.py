@@ -14,7 +14,7 @@ from damper.observers.common.laws import LAW_NAMES, excess
 from damper.parameters.lazy import pd, xr
 from damper.parameters.masses import split
 from damper.parameters.named import damper_of
-from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
+from damper.parameters.quantities import ALL, DIMENSIONLESS_NAMES, PARAMETER_NAMES
 from damper.parameters.variables import STATUS_MEANINGS
 from damper.sweep.record import masses_of
 
@@ -69,9 +69,6 @@ REGIMES = (
     Regime("stiff contact", "contact_stiffness_ratio >= 1e8", "compliant"),
 )
 
-#: Quantities of a run.
-_QUANTITIES = (*PARAMETER_NAMES, *INITIAL_NAMES)
-
 
 class Row(NamedTuple):
     """Runs of one regime: how they ended, the worst value of each law, and the worst run."""
@@ -125,7 +122,7 @@ def runs_of(cube: xr.Dataset) -> pd.DataFrame:
     runs, periods = records_of(cube), cube.attrs["recorded_periods"]
     if isinstance(periods, str):
         raise ValueError(f"laws: the record is a {periods}: regimes need its length in cycles")
-    defaults = {n: ALL[n].default for n in _QUANTITIES if n not in runs}
+    defaults = {n: ALL[n].default for n in DIMENSIONLESS_NAMES if n not in runs}
     runs = runs.assign(**defaults, periods=periods)
     names = [*PARAMETER_NAMES, *filter(split, runs)]
     masses: dict[str, Any] = {name: [{}] * count for name, count in masses_of(cube).items()}
@@ -149,7 +146,7 @@ def _excesses(runs: pd.DataFrame) -> pd.DataFrame:
 
 def _row(regime: Regime, runs: pd.DataFrame, far: pd.DataFrame) -> Row:
     run, law = far.fillna(-1.0).stack().idxmax()
-    values = runs.loc[run, [*_QUANTITIES, *filter(split, runs)]].to_dict()
+    values = runs.loc[run, [*DIMENSIONLESS_NAMES, *filter(split, runs)]].to_dict()
     return Row(
         regime,
         [int((runs.status == code).sum()) for code in range(len(STATUS_MEANINGS))],

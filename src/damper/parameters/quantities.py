@@ -19,6 +19,8 @@ SI_QUANTITIES = SIParameters.quantities
 PARAMETER_NAMES = tuple(quantity.name for quantity in QUANTITIES)
 SI_NAMES = tuple(quantity.name for quantity in SI_QUANTITIES)
 INITIAL_NAMES = tuple(quantity.name for quantity in INITIAL_QUANTITIES)
+#: What a dimensionless run may be given.
+DIMENSIONLESS_NAMES = (*PARAMETER_NAMES, *INITIAL_NAMES)
 
 #: Names that show which system of units a damper is given in.
 DIMENSIONLESS_ONLY = frozenset(PARAMETER_NAMES) - frozenset(SI_NAMES)

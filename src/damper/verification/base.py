@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from damper.parameters.quantities import ALL, INITIAL_QUANTITIES, MODEL_NAMES, QUANTITIES, Quantity
+from damper.parameters.quantities import ALL, MODEL_NAMES, QUANTITIES, Quantity
 from damper.study.fields import Strict, Text
 from damper.study.messages import Mistakes
 from damper.study.settings import Fixed
@@ -19,10 +19,6 @@ from damper.study.yaml_file import dump_yaml
 OptionalCaption = Annotated[
     Text | None, Field(description="Heading; the study's title when not given.")
 ]
-
-
-#: Dimensionless parameters and initial quantities: errors of different runs stand side by side.
-DIMENSIONLESS = tuple(quantity.name for quantity in (*QUANTITIES, *INITIAL_QUANTITIES))
 
 
 def require(

@@ -5,13 +5,12 @@ import pytest
 import xarray as xr
 from figures.drawing import drawn_by
 
-from damper.parameters.quantities import ALL
+from damper.parameters.quantities import ALL, DIMENSIONLESS_NAMES
 from damper.sweep.branches import draw
 from damper.sweep.parts import PartData
 from damper.verification.metamorphic import verdicts
 from damper.verification.metamorphic.cube import (
     METAMORPHIC_VARIABLES,
-    POINT_NAMES,
     gather,
     point_of,
 )
@@ -40,7 +39,7 @@ def again() -> xr.Dataset:
     for name in verdicts.RELATIONS:
         arrays[f"{name}_verdict"][OUT] = verdicts.NOT_APPLICABLE
         arrays[f"{name}_ratio"][OUT] = arrays[f"{name}_difference"][OUT] = np.nan
-    arrays |= {name: np.full(COUNT, ALL[name].default, dtype=float) for name in POINT_NAMES}
+    arrays |= {name: np.full(COUNT, ALL[name].default, dtype=float) for name in DIMENSIONLESS_NAMES}
     arrays |= {name: np.array(values) for name, values in DRAWN.items()}
     stretches = (slice(0, 3), slice(3, COUNT))
     parts = [PartData({name: v[some] for name, v in arrays.items()}) for some in stretches]

@@ -10,7 +10,7 @@ from pydantic import Field
 from damper.analysis.labels import label_of
 from damper.parameters import Parameters
 from damper.parameters.dampers import BASIC, need_known
-from damper.parameters.quantities import INITIAL_NAMES
+from damper.parameters.quantities import DIMENSIONLESS_NAMES, INITIAL_NAMES
 from damper.parameters.variables import TIME
 from damper.study.fields import NamedMapping, Some, Strict, Text, Unit
 from damper.study.jobs import Job
@@ -30,7 +30,7 @@ class SceneSettings(Strict):
     title: Annotated[Text, Field(description="A few words, for panels and tables.")]
     parameters: Annotated[
         dict[str, Fixed],
-        NamedMapping("parameter", base.DIMENSIONLESS),
+        NamedMapping("parameter", DIMENSIONLESS_NAMES),
         Field(
             description="Dimensionless parameters, those without a default all of them, and what "
             "is not zero of the initial state. Of the rigid damper."

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from damper.parameters.lazy import xr
-from damper.parameters.quantities import ALL, INITIAL_NAMES, PARAMETER_NAMES
+from damper.parameters.quantities import ALL, DIMENSIONLESS_NAMES
 from damper.parameters.variables import Variable
 from damper.sweep.parts import PartData
 from damper.verification.metamorphic.verdicts import (
@@ -20,8 +20,6 @@ from damper.verification.metamorphic.verdicts import (
     RELATIONS,
 )
 
-#: Quantities of a run; those that it does not give have their defaults.
-POINT_NAMES = (*PARAMETER_NAMES, *INITIAL_NAMES)
 _RELATION = {
     "difference": (
         "largest difference of comparable events",
@@ -84,13 +82,13 @@ def gather(parts: Sequence[PartData], attributes: Mapping[str, Any]) -> xr.Datas
 
 def point_of(cube: xr.Dataset, run: int) -> dict[str, float]:
     """Return the quantities of a run that are not their defaults, as `read_point` takes them."""
-    values = {name: float(cube[name][run]) for name in POINT_NAMES}
+    values = {name: float(cube[name][run]) for name in DIMENSIONLESS_NAMES}
     return {name: value for name, value in values.items() if value != ALL[name].default}
 
 
 def _described(name: str) -> Variable:
     """Return what is declared of a quantity or of what was found."""
-    if name in POINT_NAMES:
+    if name in DIMENSIONLESS_NAMES:
         return Variable(name, ALL[name].long_name, ALL[name].units)
     if name.endswith("_verdict"):
         flags = (words for code, words in RELATION_VERDICTS.items() if code != NOT_APPLICABLE)

@@ -23,7 +23,7 @@ from damper.observers.common.base import Window
 from damper.observers.common.laws import LAW_NAMES, excess
 from damper.observers.laws import Laws
 from damper.parameters import Parameters, SIParameters, State
-from damper.parameters.quantities import ALL
+from damper.parameters.quantities import ALL, DIMENSIONLESS_NAMES
 from damper.sweep.branches import draw
 from damper.sweep.parts import PartData
 from damper.sweep.points import read_point
@@ -37,7 +37,6 @@ from damper.verification.metamorphic.condition import (
     matching,
     scale_of,
 )
-from damper.verification.metamorphic.cube import POINT_NAMES
 from damper.verification.metamorphic.runs import END, REST, Events, ShortRun, events_of, short_run
 
 #: Whole periods by which a run is shifted. Of the second one the time is exact.
@@ -88,7 +87,7 @@ def run_part(
     points = [dict(zip(drawn, point, strict=True)) for point in zip(*drawn.values(), strict=True)]
     given = {
         name: np.array(drawn.get(name, [ALL[name].default] * len(points)), dtype=float)
-        for name in POINT_NAMES
+        for name in DIMENSIONLESS_NAMES
     }
     return PartData(given | run_metamorphic(points, seed=draws["seed"], first=first))
 

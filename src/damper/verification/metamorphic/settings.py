@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from damper.parameters.quantities import MODEL_NAMES
+from damper.parameters.quantities import DIMENSIONLESS_NAMES, MODEL_NAMES
 from damper.study.fields import NamedMapping
 from damper.study.jobs import Job, shares
 from damper.study.kinds import Kinds
@@ -85,7 +85,7 @@ class Metamorphic(base.Verification):
                 if drawn_of(draws):
                     base.require(drawn_of(draws), mistakes, at=())
                 for one in drawn_of(draws):
-                    if one not in base.DIMENSIONLESS:
-                        mistakes.unknown((one,), "dimensionless quantity", one, base.DIMENSIONLESS)
+                    if one not in DIMENSIONLESS_NAMES:
+                        mistakes.unknown((one,), "dimensionless quantity", one, DIMENSIONLESS_NAMES)
                     elif one in MODEL_NAMES["several"]:
                         mistakes.add((one,), "these relations know one free mass", "without it")
