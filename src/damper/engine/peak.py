@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class, by_class_or_default
+from damper.engine.roundoff import EPSILON
 
-_ROUNDOFF = 2.220446049250313e-16
 #: Newton steps for an extremum; even bisection alone gets to roundoff in fewer.
 _MAX_ITERATIONS = 60
 
@@ -63,7 +63,7 @@ def highest(moving: Any, start: Moment, end: Moment, peak: float) -> float:
         peak = max(peak, abs(p.x), abs(q.x))
         bound2, bound3 = bounds_of(moving, p, step)
         eighth = 0.125 * step * step
-        limit = peak * (1.0 + _ROUNDOFF)
+        limit = peak * (1.0 + EPSILON)
         if max(abs(p.x), abs(q.x)) + bound2 * eighth > limit:
             one_way = (p.v > 0.0 and q.v > 0.0) or (p.v < 0.0 and q.v < 0.0)
             if not one_way and abs(p.a) > bound3 * step:
@@ -94,7 +94,7 @@ def _turning_point(moving, start, end):
         if not low < tau < high:
             tau = 0.5 * (low + high)
         p = moment_at(moving, tau)
-        if p.v * p.v <= _ROUNDOFF * abs(p.x * p.a) or p.a == 0.0:
+        if p.v * p.v <= EPSILON * abs(p.x * p.a) or p.a == 0.0:
             break
         if (p.v > 0.0) == (start.v > 0.0):
             low = tau

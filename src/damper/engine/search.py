@@ -12,9 +12,10 @@ from typing import Any, NamedTuple
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import HORIZON
+from damper.engine.roundoff import EPSILON
 
 #: Roundoff of a quantity, relative to the sizes of its terms.
-ROUNDOFF = 4.0 * 2.220446049250313e-16
+ROUNDOFF = 4.0 * EPSILON
 #: First longest step, in units of one over the quantity's rate.
 SPAN = 1.5
 #: Parts of a step by which it stops short of the root it aims at: the largest and the smallest

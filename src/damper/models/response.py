@@ -41,11 +41,9 @@ from damper.engine.model import mass_ratio_at, motion
 from damper.engine.oscillator import OVERDAMPED, Motion, Oscillator, increments, motion_from
 from damper.engine.peak import Moment, bounds_of, highest, moment_at
 from damper.engine.quadrature import FEWEST, LONGEST_REACH, NODES, WEIGHTS, nodes_for
+from damper.engine.roundoff import EPSILON
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment, centre_velocity
 from damper.parameters.models import name_of
-
-#: Part of the largest displacement below which a bounce's height does not show.
-_ROUNDOFF = 2.220446049250313e-16
 
 
 class ResponseIntegrals(NamedTuple):
@@ -507,7 +505,7 @@ def _tail_peak(tail, low, high, peak):
         return peak
     begin = 0.0
     while begin < high:
-        if height <= _ROUNDOFF * peak:
+        if height <= EPSILON * peak:  # no bounce shows from here on
             speed = 0.0
             length = high - begin
         first = max((low - begin) / length, 0.0)

@@ -14,6 +14,7 @@ from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import repeats
 from damper.engine.impact import ConstantRestitution, law_at
 from damper.engine.model import begin
+from damper.engine.roundoff import EPSILON
 from damper.engine.segment import COLUMNS, IMPACT, STICK, TAIL, segment_at, write_segment
 from damper.engine.trajectory import Trajectory
 from damper.models.walls import time_to_completion
@@ -69,7 +70,6 @@ _BURST = record_type(*(variable.name for variable in _OF_BURSTS))
 _STATE = record_type("wall", "impacts", "error", "complete")
 # Walls: no burst under way; nothing read yet.
 _NONE, _UNKNOWN = 0.0, 3.0
-_ROUNDOFF = 2.220446049250313e-16
 
 
 class Accumulation(Observer):
@@ -180,12 +180,12 @@ def _follow(model, log, window, states, kept, of_bursts, of_impacts):
 @compiled
 def _close(model, end, state, kept, burst, of_impacts):
     """Compare a burst with theory; it ends where the segment `end` starts."""
-    error = state.error + 2.0 * _ROUNDOFF * model.cycle
+    error = state.error + 2.0 * EPSILON * model.cycle
     burst.completion_wall = end.side
     burst.completion_impacts = state.impacts
     burst.completion_displacement = end.x
     burst.completion_time_uncertainty = error
-    burst.completion_displacement_uncertainty = abs(end.v) * error + 2.0 * _ROUNDOFF * abs(end.x)
+    burst.completion_displacement_uncertainty = abs(end.v) * error + 2.0 * EPSILON * abs(end.x)
     for k in range(min(int(state.impacts), len(kept))):
         s = segment_at(kept[k])
         found = predict_rest(model, s)

@@ -9,6 +9,7 @@ from damper.engine.compiled import compiled
 from damper.engine.forcing.none import ZeroForce
 from damper.engine.forcing.record import PiecewiseLinear
 from damper.engine.model import motion, read_segment
+from damper.engine.roundoff import EPSILON
 from damper.engine.segment import IMPACT, TAIL
 from damper.engine.trajectory import Trajectory
 from damper.models.response import integrate_segment, own_loss, own_share, prepare_tables
@@ -29,7 +30,6 @@ _HALF = record_type(
 _STEP = 1.5
 #: Steps after which a zero of v is as good as found; bisection alone needs no more.
 _MAX_ITERATIONS = 100
-_ROUNDOFF = 2.220446049250313e-16
 #: Rounding of the end of a record, as a part of it.
 _AT_END = 1e-12
 
@@ -307,7 +307,7 @@ def _turning_time(model, segment, low, high, v_low, v_high):
         if not low < tau < high:
             tau = 0.5 * (low + high)
         _, v, _, _ = motion(model, segment, tau)
-        if v == 0.0 or high - low <= _ROUNDOFF * high:
+        if v == 0.0 or high - low <= EPSILON * high:
             break
         if (v > 0.0) == (v_low > 0.0):
             if last < 0.0:

@@ -5,6 +5,7 @@ import pytest
 from scenes import GENERIC
 
 from damper.engine.compiled import plain
+from damper.engine.roundoff import EPSILON
 from damper.engine.segment import SPEED, V
 from damper.parameters import Parameters, State
 from damper.sweep.branches import draw
@@ -18,7 +19,6 @@ from damper.verification.metamorphic.condition import (
     scale_of,
 )
 from damper.verification.metamorphic.verdicts import (
-    EPS,
     FAILED,
     NOT_APPLICABLE,
     PASSED,
@@ -148,7 +148,7 @@ def condition(parameters, state=None, periods=20, events=100, seed=1):
 def test_chaos_grows_about_tenfold_every_few_impacts():
     count, found = condition(Parameters(0.1, 0.05, 0.8, 1.0, 0.9), periods=60)
     assert 10 < found.comparable < count
-    assert found.growth[found.comparable - 1] * EPS < POINTLESS
+    assert found.growth[found.comparable - 1] * EPSILON < POINTLESS
     assert np.all(np.diff(found.growth) >= 0.0)
     decades = np.log10(found.growth[found.comparable - 1])
     assert 1.0 < found.comparable / decades < 6.0

@@ -11,9 +11,10 @@ import numpy as np
 
 from damper.engine import forcing as declared
 from damper.engine.compiled import compiled
+from damper.engine.roundoff import EPSILON
 
 #: Roundoff of a moment, as a part of the cycle: what is nearer to a sample is at it.
-_AT = 8.0 * 2.220446049250313e-16
+_AT = 8.0 * EPSILON
 
 
 class PiecewiseLinear(NamedTuple):

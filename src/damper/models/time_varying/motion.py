@@ -26,6 +26,7 @@ from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing.harmonic import HarmonicForce
 from damper.engine.forcing.weighed import WeighedForce
 from damper.engine.oscillator import Oscillator
+from damper.engine.roundoff import EPSILON
 from damper.engine.search import HORIZON, ROUNDOFF
 from damper.engine.trigonometry import sine_cosine
 from damper.models.flights import VANISHES
@@ -60,7 +61,6 @@ _HALVINGS = 60
 _BINOMIALS = np.array([float(math.comb(DEGREE, k)) for k in range(DEGREE + 1)])
 _STEPS = 10_000
 _ROOT_STEPS = 100
-_EPSILON = 2.220446049250313e-16
 
 
 @compiled
@@ -420,7 +420,7 @@ def _root(terms, side, low, high):
         following = t - value / slope if slope < 0.0 else 2.0
         if not low <= following <= high:
             following = 0.5 * (low + high)
-        if abs(following - t) <= _EPSILON * following:
+        if abs(following - t) <= EPSILON * following:
             return following
         t = following
     return t

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from damper.engine.roundoff import EPSILON
 from damper.parameters.variables import Variable
 
 #: What the observer `laws` writes of each run.
@@ -63,7 +64,7 @@ LAW_NAMES = tuple(variable.name for variable in LAW_VARIABLES)
 #: Largest violation that is still roundoff; the target of the project for penetration.
 LIMIT = 1e-12
 #: What each segment may add to the energy balance: one roundoff, in the worst case always one way.
-ENERGY_PER_SEGMENT = 2.220446049250313e-16
+ENERGY_PER_SEGMENT = EPSILON
 
 
 def excess(name: str, values: np.ndarray, segments: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from damper.analysis.labels import label_of
+from damper.engine.roundoff import EPSILON
 from damper.parameters.lazy import xr
 from damper.parameters.variables import TIME, Variable
 from damper.sweep.parts import PartData
@@ -21,7 +22,6 @@ from damper.verification.comparison.solvers import in_order, load
 ERRORS = ("impact_time_error", "accumulation_error", "release_error", "state_error")
 #: Rounding of an error in units of the last place, before it has grown with the motion.
 _ROUNDING = 100.0
-_EPS = float(np.finfo(float).eps)
 #: Fewest levels above roundoff that give an order.
 _FEWEST = 3
 
@@ -91,7 +91,7 @@ def order_at(place: xr.Dataset, name: str) -> float:
     inverse) is halved. NaN if these are fewer than 3.
     """
     error, setting = place[name].values, place.setting.values
-    floor = _ROUNDING * _EPS * max(float(place.sensitivity), float(place.until), 1.0)
+    floor = _ROUNDING * EPSILON * max(float(place.sensitivity), float(place.until), 1.0)
     good = (place.outcome.values == GOOD) & (error > floor)
     points = list(zip(np.log(setting[good]), np.log(error[good]), strict=True))
     if len(points) < _FEWEST:

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine import segment
+from damper.engine.roundoff import EPSILON
 from damper.parameters import Parameters
-from damper.verification.metamorphic.verdicts import EPS
 
 #: Whether `numpy.longdouble` has digits to spare.
 LONG = bool(np.finfo(np.longdouble).eps < 1e-18)
@@ -91,7 +91,7 @@ def residuals(p: Parameters, log: np.ndarray) -> dict[str, np.ndarray]:
         "contact": np.where(hits, contact, 0.0),
         "release": np.where(after[:, segment.CAUSE] == segment.RELEASE, release, 0.0),
     }
-    return {name: values / EPS for name, values in found.items()}
+    return {name: values / EPSILON for name, values in found.items()}
 
 
 def _released(zeta: Any, x: Any, v: Any, force: Any, of: np.ndarray) -> tuple[Any, Any]:

@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from damper.engine.roundoff import EPSILON
 from damper.engine.segment import GAP_RATE, SPEED, V, X
 from damper.parameters import Parameters, State
 from damper.verification.metamorphic.runs import Events, ShortRun, events_of, noisy_run
-from damper.verification.metamorphic.verdicts import EPS
 
 #: Noise, as a part of each number.
 NOISE = 2.0**-40
@@ -63,7 +63,7 @@ def condition_of(
         found = differences(original, other, slice(0, same), slice(0, same), scale) / NOISE
         growth[:same] = np.maximum(growth[:same], found)
     growth = np.maximum.accumulate(growth)
-    limit = int(np.searchsorted(growth[:comparable], POINTLESS / EPS))
+    limit = int(np.searchsorted(growth[:comparable], POINTLESS / EPSILON))
     return Condition(growth, min(comparable, limit))
 
 

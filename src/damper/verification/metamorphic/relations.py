@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from damper.engine.roundoff import EPSILON
 from damper.engine.segment import STICK
 from damper.engine.trajectory import DEFAULT_ACCURACY
 from damper.models import start_run
@@ -195,9 +196,7 @@ def _compare(source: _Source, other: Events, error: float) -> tuple[float, float
     found = differences(own, other, of_own, of_other, source.scale)
     growth = source.condition.growth[of_own]
     # The error is in units of time; of the cycle's, where that is shorter.
-    ratio = float(
-        np.max(found / (verdicts.ALLOWANCE * verdicts.EPS * growth + error * (1.0 + growth)))
-    )
+    ratio = float(np.max(found / (verdicts.ALLOWANCE * EPSILON * growth + error * (1.0 + growth))))
     return float(found.max()), ratio, agrees and ratio <= 1.0
 
 

@@ -26,8 +26,6 @@ CHECKS = {
     "release": "no contact force at a release",
 }
 
-#: Unit roundoff of a double.
-EPS = 2.0**-52
 #: What a difference may be over what roundoff, multiplied by the condition, makes of it: the noise
 #: of two runs is no bound.
 ALLOWANCE = 30.0

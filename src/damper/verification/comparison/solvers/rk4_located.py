@@ -21,12 +21,12 @@ stalled.
 from typing import NamedTuple
 
 from damper.engine.compiled import compiled
+from damper.engine.roundoff import EPSILON
 from damper.engine.segment import IMPACT, NOTHING, RELEASE, STICK
 from damper.models.walls import slack
 from damper.verification.comparison import fixed_step as steps
 
 _ITERATIONS = 100
-_ROUNDOFF = 2.220446049250313e-16
 
 
 class Located(NamedTuple):
@@ -164,10 +164,10 @@ def _find_end(damper, state, time, left):
             low = tau
         following = tau - value / slope if slope < 0.0 else low
         if not low < following < high or iteration > _ITERATIONS // 2:
-            if value == 0.0 or (slope < 0.0 and abs(value / slope) <= 2.0 * _ROUNDOFF * tau):
+            if value == 0.0 or (slope < 0.0 and abs(value / slope) <= 2.0 * EPSILON * tau):
                 break
             following = 0.5 * (low + high)
-        if abs(following - tau) <= 2.0 * _ROUNDOFF * tau:
+        if abs(following - tau) <= 2.0 * EPSILON * tau:
             break
         tau = following
     return tau, evaluations

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from damper.engine.roundoff import EPSILON
 from damper.models.walls import slack
 from damper.verification.comparison.scene import Scene
 from damper.verification.comparison.solution import CAPPED, FAILED, FINISHED, STALLED, Solution
@@ -153,7 +154,7 @@ class SolverRun:
             When time has stood still to roundoff for many impacts.
         """
         self.impacts.append((self.reached, side, approach))
-        resolution = 4.0 * np.finfo(float).eps * max(1.0, abs(before))
+        resolution = 4.0 * EPSILON * max(1.0, abs(before))
         self._idle = self._idle + 1 if self.reached - before <= resolution else 0
         if self._idle >= _IDLE_IMPACTS:
             raise Stopped(STALLED)

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from damper.engine.roundoff import EPSILON
 from damper.figures.common.layout import heading
 from damper.figures.common.panels import note_empty_panel, panel_grid
 from damper.figures.common.style import BLUE, VERMILION
 from damper.parameters.lazy import Axes, Figure, xr
 from damper.verification.base import Made, OptionalCaption, See
 from damper.verification.metamorphic.tables.metamorphic import failures
-from damper.verification.metamorphic.verdicts import ALLOWANCE, EPS, PASSED, RELATIONS, SOUND
+from damper.verification.metamorphic.verdicts import ALLOWANCE, PASSED, RELATIONS, SOUND
 
 #: Ways that change nothing but roundoff: what they differ by is roundoff times growth.
 EXACT = tuple(name for name in RELATIONS if name not in ("sharper", "looser"))
@@ -63,8 +64,8 @@ def _differences(ax: Axes, cube: xr.Dataset) -> None:
         (line,) = ax.plot(growth[chosen], height, mark, color=colour, label=label)
         line.set(markersize=2.2, markeredgewidth=0.0, alpha=0.6, rasterized=True)
     reach = np.array([1.0, max(10.0 * float(growth.max()), 1e3)])
-    ax.plot(reach, EPS * reach, color="black", lw=0.9, label="roundoff $\\times$ amplification")
-    limit = ALLOWANCE * EPS * reach
+    ax.plot(reach, EPSILON * reach, color="black", lw=0.9, label="roundoff $\\times$ amplification")
+    limit = ALLOWANCE * EPSILON * reach
     limit_text = f"limit of round marks: {ALLOWANCE:g} times that"
     ax.plot(reach, limit, color="black", lw=0.9, ls="--", label=limit_text)
     ax.set_xscale("log")

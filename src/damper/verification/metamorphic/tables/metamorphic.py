@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from damper.analysis.labels import label_of, short
+from damper.engine.roundoff import EPSILON
 from damper.parameters.lazy import pd, xr
 from damper.tables import Table
 from damper.verification.base import Made
@@ -16,7 +17,6 @@ from damper.verification.metamorphic.cube import point_of
 from damper.verification.metamorphic.verdicts import (
     ALLOWANCE,
     CHECKS,
-    EPS,
     FAILED,
     NOT_APPLICABLE,
     PASSED,
@@ -67,8 +67,8 @@ def make(results: Mapping[str, Any], settings: MetamorphicTable) -> Table:
             "step by step. It must keep the laws of the other table (impact, continuity, energy), "
             "and if it is one of the rigid damper, its backward error must be small: the change of "
             "the equations, in units of roundoff, that would make each segment exact. Up to "
-            f"{SOUND:g} of them ({SOUND * EPS:.0e}) the method is sound, and the difference is the "
-            "run's own.",
+            f"{SOUND:g} of them ({SOUND * EPSILON:.0e}) the method is sound, and the difference is "
+            "the run's own.",
             "## Relations",
             cells.rename(RELATIONS).rename_axis("made again").reset_index(),
             "Ratio: largest difference over what is allowed, of the runs that have events to "
