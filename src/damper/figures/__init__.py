@@ -32,9 +32,8 @@ def draw(kind: str, results: Mapping[str, Any], **settings: Any) -> Any:
         For an unknown kind, with the known ones; for settings that the kind has not or that are
         wrong, with what is allowed.
     """
-    module = FIGURES.module(kind)
-    given = {name: value for name, value in settings.items() if value is not None}
-    return module.draw(results, FIGURES[kind].checked(kind, {"kind": kind, **given}))
+    module, checked = FIGURES.asked(kind, settings)
+    return module.draw(results, checked)
 
 
 def modules(kind: str, settings: Mapping[str, Any]) -> list[str]:

@@ -52,6 +52,12 @@ class Kinds(Mapping[str, type[Any]]):
             raise ValueError(str(unknown_name("kind", kind, self.modules)))
         return import_module(self.modules[kind])
 
+    def asked(self, kind: str, settings: Mapping[str, Any]) -> tuple[ModuleType, Any]:
+        """Return the module of a kind and these settings of it; ValueError if they are wrong."""
+        module = self.module(kind)
+        given = {name: value for name, value in settings.items() if value is not None}
+        return module, self[kind].checked(kind, {"kind": kind, **given})
+
     def class_of(self, data: Any) -> type[Any]:
         """Return the class of settings that say their ``kind``."""
         if not isinstance(data, dict):

@@ -132,9 +132,8 @@ def make(kind: str, results: Mapping[str, Any], **settings: Any) -> Table:
         For an unknown kind, with the known ones; for settings that the kind has not or that are
         wrong, with what is allowed.
     """
-    module = TABLES.module(kind)
-    given = {name: value for name, value in settings.items() if value is not None}
-    return module.make(results, TABLES[kind].checked(kind, {"kind": kind, **given}))
+    module, checked = TABLES.asked(kind, settings)
+    return module.make(results, checked)
 
 
 def _fixed(cube: xr.Dataset) -> Iterator[str]:
