@@ -89,7 +89,7 @@ def masses_in(model: Any, state: State) -> tuple[Any, Any]:
 
 @singledispatch
 def count_masses(model: Any) -> int:
-    """How many free masses there are. This and the next four never run compiled."""
+    """How many free masses there are. This and the next three never run compiled."""
     return 1
 
 
@@ -109,12 +109,6 @@ def with_walls_at(model: Any, clearance: float) -> Any:
 def log_of_mass(model: Any, log: np.ndarray, body: int) -> np.ndarray:
     """Return the log as one of several free masses has it: others' events begin segments only."""
     return log
-
-
-@singledispatch
-def rows_of(model: Any, rows: np.ndarray, body: int) -> np.ndarray:
-    """Rows of the log that all speak of one free mass, in a log of several."""
-    return rows
 
 
 @by_class_or_default

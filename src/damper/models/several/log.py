@@ -93,15 +93,6 @@ def _log_of_mass(model, log, body):
     return made
 
 
-@declared.rows_of.register(Several)
-def _rows_of(model, rows, body):
-    # Gap, rate, side and mode stand together in both.
-    found, gap, of_body = rows.copy(), Segment._fields.index("gap"), COLUMNS + 2 + BODY * body
-    found[:, gap : gap + CAUSE] = rows[:, of_body : of_body + CAUSE]
-    found[:, COLUMNS] = body
-    return found
-
-
 @declared.read_segment.of(Several)
 def _read_segment(model, row):
     count = len(model.masses)

@@ -10,7 +10,7 @@ import numpy as np
 
 from damper.engine.forcing import rate_of
 from damper.engine.loop import FINISHED
-from damper.engine.model import rows_of
+from damper.engine.model import log_of_mass
 from damper.engine.segment import (
     CAUSE,
     DURATION,
@@ -114,7 +114,8 @@ class Arc:
         """Smallest gap to a wall in each flight, not at its ends but where friction stops it."""
         found: list[float] = []
         for number, one in enumerate(self.parameters.each):
-            found += self._gaps_of(rows_of(self.trajectory.model, self.rows, number), one.clearance)
+            rows = log_of_mass(self.trajectory.model, self.rows, number)
+            found += self._gaps_of(rows, one.clearance)
         return found
 
     def _gaps_of(self, rows: np.ndarray, clearance: float) -> list[float]:

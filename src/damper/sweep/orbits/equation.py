@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from damper.engine.model import rows_of
+from damper.engine.model import log_of_mass
 from damper.engine.segment import (
     CAUSE,
     COLUMNS,
@@ -352,7 +352,8 @@ class OrbitPoint:
         length = self.equation.period * self.period
         ends = np.append(times[1:], times[:1] + length)
         each = range(len(self.found.arcs[0].sides))
-        flying = np.all([rows_of(model, rows[began], k)[:, MODE] == FLIGHT for k in each], axis=0)
+        modes = [log_of_mass(model, rows[began], k)[:, MODE] for k in each]
+        flying = np.all(np.equal(modes, FLIGHT), axis=0)
         return np.column_stack([times, ends])[flying & (ends > times)]
 
     @property
