@@ -15,8 +15,8 @@ from damper.engine.trajectory import Trajectory
 from damper.models.response import integrate_segment, own_loss, own_share, prepare_tables
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import BODIES, Setting
-from damper.observers.response import TOTALS, follow
-from damper.parameters.models import MODELS, models_of
+from damper.observers.response import TOTALS, follow, lost_between_impacts
+from damper.parameters.models import MODELS
 from damper.parameters.variables import ENERGY, LENGTH, TIME, Variable
 
 #: Half cycles so far; the side of zero that x is on; the highest |x| there and its time; the first
@@ -157,12 +157,14 @@ class Decay(Observer):
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        if self._is_free:
+        if not self._is_free:
+            return
+        if self.is_first:
             follow(self._model, self._tables, log, self._window, self._totals)
             peaks = Peaks(self._half, self._listed, self._parts, self._falls)
             _find(self._model, log, self._window, self._step, peaks)
-            if self.bodies:
-                _lose(self._model, self._tables, log, self._window, self._half)
+        if self.bodies:
+            _lose(self._model, self._tables, log, self._window, self._half)
 
     def finish(self, finished: bool) -> None:
         """Write what there is; sums and counts stay missing where the run stopped early."""
@@ -177,10 +179,7 @@ class Decay(Observer):
         if not (finished and self._is_free):
             return
         total, half = read_record(self._totals), read_record(self._half)
-        # What a support takes and what friction does are one number: no damper has both.
-        rubs = "sliding" in models_of(self._model)
-        support, friction = (0.0, total.support) if rubs else (total.support, 0.0)
-        dashpot = 2.0 * self._model.free.damping * total.speed_square + support
+        dashpot, friction = lost_between_impacts(self._model, total)
         self._put(
             {
                 "half_cycles": half.number,

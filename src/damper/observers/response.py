@@ -204,9 +204,7 @@ class Response(Observer):
         total = read_record(self._totals)
         free = self._model.free
         length = self._window.length
-        rubs = "sliding" in models_of(self._model)
-        dashpot = 2.0 * free.damping * total.speed_square + (0.0 if rubs else total.support)
-        friction = total.support if rubs else 0.0
+        dashpot, friction = lost_between_impacts(self._model, total)
         gained = total.stored_last - total.stored - total.modulation
         rms = math.sqrt(total.square / (length * self._model.cycle))
         undamped = math.nan, math.nan
@@ -246,6 +244,14 @@ class Response(Observer):
         return (
             (total.peak, math.sqrt(2.0) * rms) if alone.status == FINISHED else (math.nan, math.nan)
         )
+
+
+def lost_between_impacts(model: Any, total: Any) -> tuple[float, float]:
+    """Energy lost in dashpots and in dry friction, by the fields of `TOTALS`."""
+    # What a support takes and what friction does are one number: no damper has both.
+    rubs = "sliding" in models_of(model)
+    support, friction = (0.0, total.support) if rubs else (total.support, 0.0)
+    return 2.0 * model.free.damping * total.speed_square + support, friction
 
 
 @compiled

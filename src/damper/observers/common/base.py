@@ -53,7 +53,9 @@ class Observer:
     sees_all: ClassVar[bool] = False
     """Whether one of it observes all these masses."""
     shared: ClassVar[tuple[str, ...]] = ()
-    """Variables of such an observer that are the same for each mass."""
+    """Variables of such an observer that are the same for each mass, written by the first."""
+    is_first = True
+    """Whether it is the first one of those for several masses."""
     settings: ClassVar[dict[str, Setting]] = {}
     """The class's own first, then those of its bases."""
 
@@ -153,7 +155,8 @@ class Observer:
     def _put(self, values: Mapping[str, Any]) -> None:
         """Write the run's values of some variables."""
         for name, value in values.items():
-            self.arrays[name][self._run] = value
+            if self.is_first or name not in self.shared:
+                self.arrays[name][self._run] = value
 
 
 #: Clearance that no free mass ever crosses.

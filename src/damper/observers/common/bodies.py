@@ -34,6 +34,8 @@ class OfEachBody(Observer):
 
     def __init__(self, kind: type[Observer], given: Mapping[str, Any]) -> None:
         self._observers = [kind(**given) for _ in kind(**given).bodies]
+        for observer in self._observers[1:]:
+            observer.is_first = False
         self.bodies: tuple[int, ...] = self._observers[0].bodies
 
     @property
