@@ -17,7 +17,7 @@ from damper.study.forcing import FORCES, ForceEntry
 from damper.study.jobs import Job
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
-from damper.study.settings import OBSERVER_SETTINGS, SECTIONS, Fixed
+from damper.study.settings import OBSERVER_SETTINGS, SECTIONS, Fixed, given_settings
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.points import read_point
 from damper.verification.base import DRAWN, TABULATED, Made, Verification, require, values_of
@@ -44,14 +44,10 @@ class Case(Strict):
 
     def settings(self) -> dict[str, Any]:
         """Return scene and observers as plain values."""
-        remarks = {"threshold": {"assumed", "stated"}}
         return {
             "parameters": values_of(self.parameters),
             "forcing": self.forcing.settings,
-            "observers": {
-                name: made.model_dump(exclude_none=True, exclude=remarks)
-                for name, made in self.observers.items()
-            },
+            "observers": {name: given_settings(made) for name, made in self.observers.items()},
         }
 
     def check_together(self, mistakes: Mistakes) -> None:
