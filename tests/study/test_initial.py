@@ -181,10 +181,6 @@ ONE = {"count": 2, "seed": 1}
     ("change", "parts"),
     [
         ({"initial": "stedy"}, ["initial: ", "'stedy'", "mean 'steady'?): must be rest, steady"]),
-        (
-            {"initial": {"draws": 2, "seed": 1, "initial_position": [-1, 1]}},
-            ["initial: rest, and beside it draws: {count: 2, seed: 1, initial_position: [-1, 1]}"],
-        ),
         ({"draws": 3}, ["draws = 3: must be a mapping of count, seed and quantities"]),
         ({"draws": {"count": 2, "initial_position": [-1, 1]}}, ["draws.seed", "'seed' is mi"]),
         ({"draws": {"count": 2.0, "seed": 1, "yield_speed": [1, 2]}}, ["draws.count", "write 2"]),

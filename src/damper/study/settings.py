@@ -5,7 +5,6 @@ The settings of an observer stand in its own file, `damper.observers`.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -13,7 +12,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
-    BeforeValidator,
     Field,
     GetJsonSchemaHandler,
     TypeAdapter,
@@ -187,27 +185,8 @@ def check_origin(entry: Any, mistakes: Mistakes) -> None:
         mistakes.add((), "assumed and stated are both given", "one of the two")
 
 
-def _one_word(start: Any) -> Any:
-    """Refuse the mapping that once gave random initial states, and say what to write instead."""
-    if not isinstance(start, dict):
-        return start
-    keys = {"draws": "count", "primary": "initial"}
-    ranges = [f"{keys.get(key, key)}: {json.dumps(value)}" for key, value in start.items()]
-    drawn = [text for text in ranges if not text.startswith("initial: ")]
-    word = f"initial: {start.get('primary', 'rest')}"
-    mistakes = Mistakes()
-    mistakes.add(
-        (),
-        "where the primary starts is one word; random quantities stand under draws",
-        f"{word}, and beside it draws: {{{', '.join(drawn)}}}" if drawn else word,
-    )
-    mistakes.settle()
-    return start
-
-
 PrimaryStart = Annotated[
     Literal["rest", "steady"],
-    BeforeValidator(_one_word),
     Field(
         description="Where the primary starts: at rest in its middle, or on the steady response it "
         "would have without the damper. Initial quantities under parameters, axes and draws move "
