@@ -93,7 +93,7 @@ class Strict(BaseModel):
             model.check_together(mistakes)
         if alone:
             mistakes.lines = [line | {"loc": line["loc"][1:]} for line in mistakes.lines]
-        mistakes.settle()
+        mistakes.raise_any()
         return model
 
     @model_serializer(mode="wrap")
@@ -204,7 +204,7 @@ def _distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
     for i, value in enumerate(values):
         if first.setdefault(value, i) < i:
             mistakes.add((i,), f"{display(value)} is given twice (first as [{first[value]}])")
-    mistakes.settle()
+    mistakes.raise_any()
     return values
 
 
@@ -246,7 +246,7 @@ def _folder(text: str) -> str:
         for one in (path, *path.parents):
             if Path(one).exists() and not Path(one).is_dir():
                 mistakes.add((), f"{display(one.as_posix())} is a file", FOLDER_WORDS)
-    mistakes.settle()
+    mistakes.raise_any()
     return path.as_posix()
 
 
@@ -338,7 +338,7 @@ class NamedMapping:
             with mistakes.at(here, of=entry, name=name):
                 data = {} if self.bare and data is None else data
                 kept[name] = entry.validate_python(data, context=name)
-        mistakes.settle()
+        mistakes.raise_any()
         return kept
 
     def __get_pydantic_json_schema__(

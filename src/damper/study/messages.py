@@ -64,7 +64,7 @@ class Mistakes:
                 self.add(below, **report)
         self.lines = before + [line | {"loc": (*loc, *line["loc"])} for line in self.lines]
 
-    def settle(self) -> None:
+    def raise_any(self) -> None:
         """Raise what was noted, if anything."""
         if self.lines:
             raise ValidationError.from_exception_data("study", self.lines)

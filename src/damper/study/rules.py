@@ -25,13 +25,13 @@ def check_study(study: Study) -> None:
     mistakes = Mistakes()
     with mistakes.at("forcing"):
         study.forcing.check_force(study._folder, mistakes)
-    mistakes.settle()
+    mistakes.raise_any()
     try:
         _ = study.windows
     except ValueError as error:
         key, _, words = str(error).partition(" = ")
         mistakes.add((key,), *words.split(": must be "))
-    mistakes.settle()
+    mistakes.raise_any()
     contents = study.contents
     _check_draws(study, mistakes)
     _check_observers(study, contents, mistakes)
@@ -51,7 +51,7 @@ def check_study(study: Study) -> None:
             entry.check_against(contents, mistakes)
     if not mistakes:
         refuse_excess(study, mistakes)
-    mistakes.settle()
+    mistakes.raise_any()
 
 
 def _check_observers(study: Study, contents: StudyContents, mistakes: Mistakes) -> None:

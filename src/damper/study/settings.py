@@ -65,7 +65,7 @@ def _of_frequency(unit: str, info: ValidationInfo) -> str:
         mistakes, frequencies = Mistakes(), [n for n, q in ALL.items() if q.units == "rad/s"]
         message = f"'{info.context}' has no other unit than its own (value: {display(unit)})"
         mistakes.add((), message, f"unit: {unit} is for {join_names(frequencies)}")
-        mistakes.settle()
+        mistakes.raise_any()
     return unit
 
 
@@ -284,7 +284,7 @@ def _check_draws(draws: dict[str, Any]) -> dict[str, Any]:
         if ALL[name].whole and drawn.range is not None:
             message = f"'{name}' is a whole number, and a range is drawn between"
             mistakes.add((name,), message, "values: its values")
-    mistakes.settle()
+    mistakes.raise_any()
     return draws
 
 
