@@ -22,7 +22,7 @@ from damper.engine.segment import (
     X,
 )
 from damper.models import start_run
-from damper.verification.reference import Event, run
+from damper.verification.reference import Event, exact_run
 
 #: Name of each kind in the reference -> its code in `damper.events`.
 KINDS = {"impact": 0, "stick": 1, "release": 2, "rest": 4, "slip": 5, "reversal": 6}
@@ -39,7 +39,7 @@ Pairs = list[tuple[np.void, Event]]
 
 def exact_events(scene: tuple, state: tuple = (0, 0, 0, 0), **settings: Any) -> list[Event]:
     """Run the reference on a scene, the parameters of `NAMES`."""
-    return run(dict(zip(NAMES, scene, strict=False)), state, **settings).events
+    return exact_run(dict(zip(NAMES, scene, strict=False)), state, **settings).events
 
 
 def paired(found: np.ndarray, exact: list[Event]) -> Pairs:

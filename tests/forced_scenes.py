@@ -17,7 +17,7 @@ from damper.parameters.forcing import (
     Record,
     Unbalance,
 )
-from damper.verification.reference import run
+from damper.verification.reference import exact_run
 
 #: Largest error of an event: its time, x, v and approach speed.
 ERROR = 5e-11
@@ -120,7 +120,7 @@ def rows_of_both(
     values: dict[str, Any], state: tuple[float, ...], until: float, digits: int = 16
 ) -> tuple[Rows, Rows]:
     """Events of the engine, and in many digits; those that a closed tail stands for in none."""
-    exact = run(values, state, until=until, digits=digits).events
+    exact = exact_run(values, state, until=until, digits=digits).events
     p, start = Parameters(**values), State(*state)
     if p.model == "compliant":
         found = [(kind, side, tuple(row)) for kind, side, *row in changes(p, until, start)]
@@ -179,7 +179,7 @@ def growth(values: dict[str, Any], state: tuple[float, ...], until: float) -> fl
     """How far events move with the start, over that, as long as the same ones happen."""
     x, v, y, u = state
     starts = [(x, v, y, u), (x, v + 1e-13, y, u)]
-    runs = [run(values, start, until=until, digits=16).events for start in starts]
+    runs = [exact_run(values, start, until=until, digits=16).events for start in starts]
     errors = [0.0]
     for one, other in zip(*runs, strict=False):
         if one[1:3] != other[1:3]:

@@ -8,7 +8,7 @@ from event_pairs import KINDS
 from forced_scenes import ERROR, driven
 
 from damper import Parameters, State, events
-from damper.verification.reference import run
+from damper.verification.reference import exact_run
 
 #: Time before a mass comes to rest within which its last events are not compared: masses that
 #: chatter on one wall kick each other off it until all that is left is below the tolerance, and
@@ -80,7 +80,7 @@ def pairs_of(
     found = table[list(fields)].tolist()
     exact = [
         (KINDS[e.kind], e.body, e.side, e.time, e.x, e.v, e.approach_speed)
-        for e in run(values, state, until=until, digits=16).events
+        for e in exact_run(values, state, until=until, digits=16).events
     ]
     pairs: list[tuple[Row, Row | None]] = []
     for body in range(len(values["masses"])):
@@ -113,7 +113,7 @@ def growth(values: dict[str, Any], state: tuple[Any, ...], until: float) -> floa
     starts = [(x, v, y, u), (x, v + 1e-13, y, u)]
     both = []
     for start in starts:
-        exact = run(values, start, until=until, digits=16).events
+        exact = exact_run(values, start, until=until, digits=16).events
         rows = [(KINDS[e.kind], e.body, e.side, e.time, e.x, e.v) for e in exact]
         own = ((body, rests_of(rows, body)) for body in range(len(y)))
         both.append([compared(rows, *each) for each in own])
@@ -165,7 +165,7 @@ def rubbing_error(values: dict[str, Any], state: tuple[Any, ...], until: float) 
     exact = resolved(
         [
             (KINDS[e.kind], e.body, e.side, e.time, e.x, e.v, e.approach_speed)
-            for e in run(values, state, until=until, digits=16).events
+            for e in exact_run(values, state, until=until, digits=16).events
         ]
     )
     pairs = []

@@ -9,7 +9,7 @@ from damper.engine.compiled import compiled
 from damper.engine.model import begin
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment
 from damper.models.walls import centre, time_to_completion
-from damper.verification.reference import GUARD_DIGITS, Event, run
+from damper.verification.reference import GUARD_DIGITS, Event, exact_run
 
 
 @compiled
@@ -55,7 +55,9 @@ def completed(
     with mp.workdps(digits + GUARD_DIGITS):
         start, x, v = mpf(time), mpf(x), mpf(v)
         state = x, v, x + int(side) * mpf(values["clearance"]), v - int(side) * mpf(rate)
-        found = run(values, state, start_time=start, until=start + within, digits=digits).events
+        found = exact_run(
+            values, state, start_time=start, until=start + within, digits=digits
+        ).events
         stick = found[-1]
         assert stick.kind == "stick"
         assert {event.side for event in found} == {side}

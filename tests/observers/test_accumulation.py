@@ -20,7 +20,7 @@ from damper.observers.common.base import Window
 from damper.parameters.forcing import Base, Forcing, Harmonics
 from damper.sweep.runs import run_points
 from damper.theory.accumulation import predict
-from damper.verification.reference import run as exact_run
+from damper.verification.reference import exact_run
 
 PREDICTED = (
     "first_order_time",

@@ -14,7 +14,7 @@ from scenes import PAPER_A, SLOW, STUDY
 
 from damper import State
 from damper.sweep.runs import run_points
-from damper.verification.reference import run as exact_run
+from damper.verification.reference import exact_run
 
 #: Starts on the left wall, which pushes: the primary swings back freely from x = -5.
 LONGER_THAN_A_PERIOD = {

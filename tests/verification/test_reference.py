@@ -12,7 +12,7 @@ from scenes import GENERIC, QUIET
 from scipy.linalg import expm
 
 from damper.verification import reference
-from damper.verification.reference import Event, first_root, run
+from damper.verification.reference import Event, exact_run, first_root
 
 REST = (0, 0, 0, 0)
 INSIDE = (0.1, 0.2, 0.1, -0.3)
@@ -179,7 +179,7 @@ def test_events_are_what_they_mean(name: str, monkeypatch: pytest.MonkeyPatch) -
     """Motions by matrix exponentials; completion from a bounce of next to no height."""
     values, state, until, kinds = SCENES[name]
     monkeypatch.setattr(reference, "RESOLVED", 1e-30)
-    found = run(values, state, until=until)
+    found = exact_run(values, state, until=until)
     assert {event.kind for event in found.events} == set(kinds.split())
     with mp.workdps(65):
         x, v, y, u = map(mpf, state)
@@ -208,27 +208,27 @@ def test_events_are_what_they_mean(name: str, monkeypatch: pytest.MonkeyPatch) -
 def test_mirror_and_continuation(mu, zeta, omega, d, r, phase):
     """The mirror image runs alike, and a run goes on from any state that it reaches."""
     values, start = scene(mu, zeta, omega, d, r, phase), (0.2, -0.1, 0.2 + d / 3, 0.7)
-    whole = run(values, start, until=5, digits=30)
+    whole = exact_run(values, start, until=5, digits=30)
     if len(whole.events) >= 60:
         return
     with mp.workdps(45):
         mirrored = values | {"phase": mpf(phase) + mp.pi}
-        mirror = run(mirrored, tuple(-value for value in start), until=5, digits=30)
+        mirror = exact_run(mirrored, tuple(-value for value in start), until=5, digits=30)
         assert [e[1:3] for e in whole.events] == [(e.kind, -e.side) for e in mirror.events]
         assert max(abs(a + b) for a, b in zip(whole.final, mirror.final, strict=True)) < 1e-28
-        first = run(values, start, until=2, digits=30)
+        first = exact_run(values, start, until=2, digits=30)
         if any(e.kind == "stick" for e in first.events):
             return  # on a wall only to within the last digit
-        second = run(values, first.final, start_time=2, until=5, digits=30)
+        second = exact_run(values, first.final, start_time=2, until=5, digits=30)
         assert max(abs(a - b) for a, b in zip(whole.final, second.final, strict=True)) < 1e-25
 
 
 @pytest.mark.parametrize("offset", ["-1e-12", "0", "1e-25"])
 def test_end_in_and_about_the_tail_of_a_burst(offset):
     """Before the accumulation the free mass still bounces; after it, it sticks."""
-    [stick] = (event for event in run(QUIET, until=18).events if event.kind == "stick")
+    [stick] = (event for event in exact_run(QUIET, until=18).events if event.kind == "stick")
     with mp.workdps(65):
-        found = run(QUIET, until=stick.time + mpf(offset))
+        found = exact_run(QUIET, until=stick.time + mpf(offset))
         x, v, y, u = found.final
         over = mpf(offset) > 0
         sticks = found.events[-1].kind == "stick"
@@ -240,7 +240,7 @@ def test_end_in_and_about_the_tail_of_a_burst(offset):
 
 def test_no_clearance_moves_as_one():
     values, state = scene(0.5, 0.1, 0.7, 0.0, 0.6), (0.0, 0.3, 0.0, 0.0)
-    found = run(values, state, until=9)
+    found = exact_run(values, state, until=9)
     assert found.events == []
     with mp.workdps(60):
         start = Event(mpf(0), "", 1, mpf(0), mpf(0), mpf(0.3) / mpf(1.5), mpf(0), mpf(0))

@@ -311,7 +311,7 @@ def contact_damping(restitution: mpf, tension: bool) -> mpf:
     return mp.findroot(excess, (loss / 4, 1 / restitution), solver="anderson", verify=False)
 
 
-def run(
+def exact_run(
     values: Mapping[str, Any],
     state: Sequence[Any] = (0, 0, 0, 0),
     *,
@@ -344,7 +344,7 @@ def run(
         if system.masses[0].clearance == 0 and system.masses[0].rigid:
             motion.join(0)
         else:
-            motion.settle()
+            motion.rest_or_slide()
         while happened := motion.advance():
             motion.change(happened)
         final = [motion.x, motion.v]
@@ -420,7 +420,7 @@ class _Motion:
         if hits:
             self._hit(hits)
         if any(kind != "release" for _, kind, _ in happened):
-            self.settle()
+            self.rest_or_slide()
 
     def _change_one(self, number: int, kind: str, side: int) -> None:
         mass, (_, own, gap, rate, *_) = self.system.masses[number], self.places[number]
@@ -507,7 +507,7 @@ class _Motion:
                 rate = place.rate + place.side * gained
                 self.places[number] = place._replace(rate=rate, zeros=0)
 
-    def settle(self) -> None:
+    def rest_or_slide(self) -> None:
         """Let masses without a relative velocity rest, or slide, where any rubs on its box.
 
         All at once, by trying who does which: on a wall friction has to hold on one side only.

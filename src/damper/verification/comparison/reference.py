@@ -121,7 +121,9 @@ def _start(scene: Scene, digits: int) -> list[mpf]:
 
 def _run(scene: Scene, start: Sequence[mpf], digits: int) -> reference.ExactRun:
     begin = scene.state.time
-    return reference.run(_values(scene), start, until=scene.until, digits=digits, start_time=begin)
+    return reference.exact_run(
+        _values(scene), start, until=scene.until, digits=digits, start_time=begin
+    )
 
 
 def _listed(run: reference.ExactRun) -> list[reference.Event]:
