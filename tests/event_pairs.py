@@ -21,6 +21,7 @@ from damper.engine.segment import (
     V,
     X,
 )
+from damper.engine.trajectory import Trajectory
 from damper.models import start_run
 from damper.verification.reference import Event, exact_run
 
@@ -90,10 +91,14 @@ def assert_same(
     assert_agree(pairs, error, relative)
 
 
+def log_of(run: Trajectory, until: float) -> np.ndarray:
+    """All segments up to a time."""
+    return np.concatenate([log.copy() for log in run.segments(*run.whole_periods(until))])
+
+
 def rows_of(p: Parameters, until: float, state: State | None = None) -> np.ndarray:
     """The log of a run."""
-    run = start_run(p, state)
-    return np.concatenate([log.copy() for log in run.segments(*run.whole_periods(until))])
+    return log_of(start_run(p, state), until)
 
 
 def changes(p: Parameters, until: float, state: State | None = None) -> list[tuple]:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from event_pairs import log_of
 from new_process import in_new_process
 from scenes import QUIET as SCENE
 
@@ -30,7 +31,6 @@ from damper.engine.segment import (
     V,
     X,
 )
-from damper.engine.trajectory import Trajectory
 from damper.models import start_run
 from damper.models.forces import drive_of
 from damper.parameters.forcing import Base, Harmonics, Record
@@ -54,10 +54,6 @@ of_one = pytest.mark.parametrize("name", [name for name in MADE if "several" not
 
 def parameters(name: str, **changes: float) -> Parameters:
     return Parameters(**{**SCENE, **MADE[name], **changes})
-
-
-def log_of(run: Trajectory, until: float) -> np.ndarray:
-    return np.concatenate([log.copy() for log in run.segments(*run.whole_periods(until))])
 
 
 def test_all_models_are_here() -> None:

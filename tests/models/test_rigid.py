@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from cases import thinned
-from event_pairs import KINDS, assert_agree, distance, exact_events, paired
+from event_pairs import KINDS, assert_agree, distance, exact_events, log_of, paired
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mpf
@@ -46,10 +46,6 @@ REST = (0.0, 0.0, 0.0, 0.0)
 def events(scene: tuple, state: tuple = REST, **settings: Any) -> np.ndarray:
     """Run the engine on a scene (mu, zeta, omega, d, r[, phase])."""
     return damper.events(Parameters(*scene), State(*state), **settings)
-
-
-def log_of(run: Trajectory, until: float) -> np.ndarray:
-    return np.concatenate([log.copy() for log in run.segments(*run.whole_periods(until))])
 
 
 # --- against many digits
