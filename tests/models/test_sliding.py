@@ -192,12 +192,7 @@ def test_studies_refuse_what_does_not_know_friction(tmp_path: Path) -> None:
     assert "observers.accumulation\n    accumulation does not know dry friction" in message
 
 
-def test_machine_in_si_units() -> None:
-    """Coefficient and transverse acceleration: their product over F0/M."""
+def test_a_coefficient_of_friction_needs_what_presses() -> None:
     values = (2.0, 4.0, 200.0, 10.0, 11.0, 0.2, 0.02, 0.6)
-    p = SIParameters(*values, friction_coefficient=0.05, transverse_acceleration=10.0)
-    assert p.dimensionless.friction == pytest.approx(0.1)
-    again = SIParameters.of(p.dimensionless, 2.0, 200.0, 10.0).dimensionless
-    assert again.friction == pytest.approx(0.1)
     with pytest.raises(ValueError, match=r"^friction_coefficient = 0\.05 without transverse_acc"):
         SIParameters(*values, friction_coefficient=0.05)

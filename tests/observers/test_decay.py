@@ -194,21 +194,3 @@ def test_of_a_driven_vibration_all_is_missing_which_is_said(driven: dict[str, fl
         assert np.isnan(cube[name]).all()
     assert cube.vibration == 1
     assert observed().vibration == 0
-
-
-def test_si_units() -> None:
-    """The same vibration, with a gap of 1.2 m, 2 kg and 200 N/m."""
-    si = {"primary_mass": 2.0, "damping": 0.8, "stiffness": 200.0, "free_mass": 0.2, "gap": 1.2,
-          "forcing_frequency": 10.0, "restitution": 0.5}  # fmt: skip
-    run = {"force_amplitude": 0.0, "transient": 0, "periods": 8, "initial_displacement": 2.0}
-    settings = {"decay": {"half_cycles": 40, "parts": [0.5, 0.1]}}
-    found, other = damper.simulate(**si, **run, observers=settings), observed()
-    sizes = {
-        "peak_amplitude": 1.0,
-        "peak_time": 0.1,
-        "fall_time": 0.1,
-        "equivalent_damping_ratio": 1.0,
-        "energy_to_impacts": 200.0,
-    }
-    for name, size in sizes.items():
-        np.testing.assert_allclose(found[name], size * other[name], rtol=1e-9, atol=1e-12)

@@ -129,18 +129,6 @@ def test_impacts_count_from_a_speed_on() -> None:
     assert np.isnan([every.impact_rate_error, every.mean_approach_energy]).all()
 
 
-def test_si_units() -> None:
-    si = {"primary_mass": 2.0, "damping": 2.0, "stiffness": 200.0, "free_mass": 0.6,
-          "forcing_frequency": 10.0, "gap": 0.15, "force_amplitude": 10.0}  # fmt: skip
-    names = "restitution", "transient", "periods", "initial_position"
-    run = {name: SCENE[name] for name in names}
-    found = damper.simulate(**si, **run, observers={"statistics": {"above": 0.05}})
-    other = observed({"statistics": {"above": 0.1}})
-    for name in ("mean_loss", "mean_loss_error", "mean_approach_energy", "mean_free_mass_energy"):
-        np.testing.assert_allclose(found[name], 0.5 * other[name], rtol=1e-6)
-    np.testing.assert_allclose(found.impact_rate, other.impact_rate)
-
-
 @pytest.mark.parametrize("changes", [{"contact_stiffness_ratio": 1e3}, {"modulation_depth": 0.1}])
 def test_what_it_does_not_know_is_refused(changes: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=r"statistics does not know (compliant|a free mass)"):

@@ -13,7 +13,7 @@ from mpmath import mp, mpf
 from scenes import SI as SCENE_SI
 from scenes import STUDY
 
-from damper import Parameters, SIParameters, State, events, simulate
+from damper import Parameters, State, events, simulate
 from damper.engine.segment import CAUSE, FLIGHT, GAP, GAP_RATE, MODE, SIDE, STICKING
 from damper.models import start_run
 from damper.parameters import NO_UNITS
@@ -309,12 +309,3 @@ def test_primary_is_at_rest_or_steady() -> None:
             read_point({**POINT, name: 0.0}, "steady")
         with pytest.raises(ValueError, match=f"{name} is given, but the primary starts on its st"):
             simulate(**POINT, **{name: 0.0}, initial="steady")
-
-
-def test_si_point_is_scaled() -> None:
-    point = read_point({**SI, "initial_displacement": 0.1, "initial_relative_velocity": 1.0})
-    assert point.parameters == SIParameters(**SI).dimensionless
-    assert point.units == SIParameters(**SI).units
-    # F0/K = 0.05 m, F0/sqrt(K M) = 0.5 m/s
-    assert point.start().x == pytest.approx(2.0, rel=1e-15)
-    assert point.start().u == pytest.approx(2.0, rel=1e-15)
