@@ -13,12 +13,11 @@ from scenes import QUIET
 from scipy.optimize import brentq
 from several_scenes import length_of, rubbing_error, rubbing_scene
 
-from damper import Parameters, SIParameters, State, events, periodic_orbit, simulate
+from damper import Parameters, SIParameters, State, events
 from damper.engine.compiled import plain
 from damper.engine.model import read_segment
 from damper.engine.segment import CAUSE, DURATION, IMPACT, RESTING, STICKING, V_BEFORE
 from damper.models import start_run
-from damper.models.sensitivity import neighbours
 from damper.models.several.bodies import MODE
 from damper.models.several.friction import common_acceleration
 from damper.observers.common.laws import broken
@@ -319,17 +318,6 @@ def test_units_rub_too() -> None:
     p = Parameters(**QUIET, unit_count=2, friction=0.1)
     assert p.model == "several"
     assert p.acting["friction"] == 0.1
-
-
-def test_what_does_not_know_friction_says_so() -> None:
-    p = Parameters(**QUIET, masses=[{}, {"friction": 0.1}])
-    with pytest.raises(ValueError, match=r"^an orbit does not know dry friction of several"):
-        periodic_orbit(p)
-    with pytest.raises(ValueError, match=r"^lyapunov does not know dry friction of several"):
-        simulate(p, observers=["lyapunov"], transient=0, periods=1)
-    for name in ("friction", "friction_1"):
-        with pytest.raises(ValueError, match=r"^no derivative by friction of several free masses"):
-            neighbours(Parameters(**QUIET, masses=[{}, {"clearance": 0.3}]), {name: 1.0})
 
 
 def _log(p: Parameters, state: State, until: float) -> list[list[Any]]:

@@ -1,10 +1,10 @@
 """Deviations along the log against differences of the engine's own runs."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from differences import difference, differences
 
 from damper.engine.compiled import plain
 from damper.engine.segment import CAUSE, NOTHING, RESTING, SIDE, TAIL, segment_at
@@ -97,42 +97,6 @@ def word(log: np.ndarray) -> list[tuple[float, float]]:
     return [(row[CAUSE], row[SIDE]) for row in log if row[CAUSE] != NOTHING]
 
 
-def difference(
-    end: Callable[[float], tuple[np.ndarray, np.ndarray]], step: float
-) -> tuple[np.ndarray, float] | None:
-    """Derivative by central differences, and what these change by when the step is halved.
-
-    Of the step or ten times that, whichever changes less: one is too long beside a grazing impact,
-    the other too short where roundoff grows. None where the events differ.
-    """
-    events = word(end(0.0)[1])
-    found = []
-    for largest in (step, 10.0 * step):
-        slopes = []
-        for width in (largest, 0.5 * largest):
-            (above, log), (below, other) = end(width), end(-width)
-            if word(log) == word(other) == events:
-                slopes.append((above - below) / (2.0 * width))
-        if len(slopes) == 2:
-            change = float(abs(slopes[1] - slopes[0]).max())
-            found.append(((4.0 * slopes[1] - slopes[0]) / 3.0, change))
-    return min(found, key=lambda one: one[1], default=None)
-
-
-def differences(p: Parameters, start: np.ndarray, periods: float) -> np.ndarray | None:
-    """Derivative by the start; None where the events differ, or a halved step changes it."""
-    columns = [
-        difference(lambda step, way=way: run(p, start + step * way, periods), 1e-6)  # type: ignore[misc]
-        for way in np.eye(4)
-    ]
-    found = [column for column in columns if column is not None]
-    if len(found) < 4:
-        return None
-    slopes = np.stack([slope for slope, _ in found], axis=1)
-    # Beside a grazing impact differences are no derivative.
-    return slopes if max(change for _, change in found) < 1e-4 * abs(slopes).max() else None
-
-
 @pytest.mark.parametrize(("kind", "block"), CASES)
 @plain
 def test_deviations_are_differences_of_runs(kind: str, block: int) -> None:
@@ -145,7 +109,7 @@ def test_deviations_are_differences_of_runs(kind: str, block: int) -> None:
         exact = derivative(trajectory, *trajectory.whole_periods(periods * p.cycle))
         if abs(exact).max() > 100.0:
             continue
-        found = differences(p, start, periods)
+        found = differences(lambda at: run(p, at, periods), start, word)  # noqa: B023
         if found is None:
             continue
         compared += 1
@@ -206,7 +170,7 @@ def test_changes_by_parameters_are_differences_of_runs(kind: str, block: int) ->
             def end(step: float) -> tuple[np.ndarray, np.ndarray]:
                 return run(with_values(p, {name: value + step}), start, periods)  # noqa: B023
 
-            found = difference(end, 1e-5 * value)
+            found = difference(end, 1e-5 * value, word)
             # Beside a grazing impact, or by roundoff, they are no derivative.
             if found is None or found[1] > 1e-8 * (size := abs(found[0]).max()):
                 continue

@@ -137,11 +137,6 @@ def test_orbits_along_a_quantity_of_one_mass(tmp_path: Path) -> None:
     assert found.word[at] == "R1 L1 | R1 L1"
 
 
-def test_orbits_of_masses_that_rub_are_refused(tmp_path: Path) -> None:
-    message = blame(tmp_path, ORBITS.replace("gravity: 0.05", "friction: 0.05"))
-    assert "an orbit does not know dry friction of several free masses, only of one" in message
-
-
 WRONG = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())["masses"]
 
 

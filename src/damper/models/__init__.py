@@ -28,8 +28,10 @@ def model_of(parameters: Parameters, accuracy: float = DEFAULT_ACCURACY, model: 
     model : str, optional
         Name of a model that knows these parameters as well.
     """
-    room = _room_of(model or parameters.model)
-    return room.prepare(parameters, law_of(parameters), float(accuracy))
+    room, more = _room_of(model or parameters.model), {}
+    if parameters.model == "several" and model == "sliding":
+        room, more = _room_of("several"), {"along_friction": True}
+    return room.prepare(parameters, law_of(parameters), float(accuracy), **more)
 
 
 @cache

@@ -25,7 +25,6 @@ from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity, segm
 from damper.models import model_of
 from damper.models.tangent import enter, joins, over_time, velocities_after
 from damper.parameters import Parameters
-from damper.parameters.models import need_one_that_rubs
 from damper.parameters.named import value_of, with_values
 
 #: Values beside a parameter's own, in steps: on both sides of it, or on one where its range ends or
@@ -59,9 +58,6 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
             f"no derivative by frequency_ratio under a {parameters.forcing.kind}: the force does "
             "not repeat, so there is no same phase of it"
         )
-    need_one_that_rubs(parameters, "a derivative")
-    if parameters.model == "several" and any(name.startswith("friction") for name in rates):
-        raise ValueError("no derivative by friction of several free masses, only of one")
     room = _room_along(parameters, rates)
     own = {name: value_of(parameters, name) for name in rates}
     step = min(
@@ -98,7 +94,8 @@ def model_along(parameters: Parameters, names: Collection[str]) -> Any:
 
 
 def _room_along(parameters, names):
-    return "sliding" if "friction" in names and parameters.model == "rigid" else parameters.model
+    rubs = any(name.startswith("friction") for name in names)
+    return "sliding" if rubs and parameters.model in ("rigid", "several") else parameters.model
 
 
 @singledispatch

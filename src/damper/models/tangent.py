@@ -26,9 +26,8 @@ from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import force_rates, phase_at
 from damper.engine.impact import impact, law_at, rebound_slope, restitution_at
-from damper.engine.model import mass_ratio_at, read_segment
+from damper.engine.model import count_masses, mass_ratio_at, read_segment
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment
-from damper.parameters.models import need_one_that_rubs
 
 
 @by_class
@@ -53,7 +52,7 @@ def shrunk_by(model: Any, s: Segment) -> float:
 
 @by_class
 def friction_in(model: Any) -> float:
-    """Acceleration that dry friction gives the free mass while it slides."""
+    """Acceleration that dry friction gives the free mass while it slides; of several the most."""
 
 
 @compiled
@@ -267,11 +266,17 @@ def leaders_of(model: Any, row: np.ndarray) -> np.ndarray:
 
 @singledispatch
 def parted_in(model: Any, log: np.ndarray) -> np.ndarray:
-    """What happens to each mass in a log, of what deviations that part masses in step do not bear.
+    """What happens to each mass in a log that ends deviations which part masses in step, or worse.
 
-    0: nothing; 1: it hits, with others by one law; 2: it sticks, which ends them. Never compiled.
+    The last of these: 0, nothing; 1, its slide turns round; 2, it rests off the walls; 3, it hits,
+    with others by one law; 4, it sticks. `OF_PARTED` has what becomes of them. Never compiled.
     """
     return np.zeros(1, int)
+
+
+#: Factor of deviations that part places, and velocities, of masses in step, by `parted_in`. Slides
+#: that turn round one after the other have no linear one.
+OF_PARTED = np.array([[1.0, 1.0], [1.0, np.nan], [1.0, 0.0], [np.inf, np.inf], [0.0, 0.0]])
 
 
 def directions_at(model: Any, row: np.ndarray) -> np.ndarray:
@@ -309,10 +314,9 @@ def derivative(
     Raises
     ------
     ValueError
-        Under dry friction of several masses; where these meet walls at one instant that a deviation
-        would part; where a free mass that slides stops at the very wall.
+        Where several masses meet walls, or stop, at one instant that a deviation would part; where
+        a free mass that slides stops at the very wall.
     """
-    need_one_that_rubs(trajectory.model, "the flow of deviations")
     deviations, begun = np.empty(0), False
     for log in trajectory.segments(periods, time):
         if not begun:
@@ -322,8 +326,14 @@ def derivative(
         if keep is not None:
             keep.append(log.copy())
     if np.isnan(deviations).any():
-        cause = "several masses meet walls at one instant, which a deviation would part"
-        if friction_in(trajectory.model):
-            cause = "the free mass comes to rest at the very wall, which one beside it would hit"
-        raise ValueError(f"no derivative: {cause}")
+        raise ValueError(f"no derivative: {_why_none(trajectory.model)}")
     return deviations
+
+
+def _why_none(model: Any) -> str:
+    several, rubs = count_masses(model) > 1, friction_in(model) > 0.0
+    meet = "meet walls or stop" if rubs else "meet walls"
+    parted = f"several masses {meet} at one instant, which a deviation would part"
+    which = "a" if several else "the"
+    stops = f"{which} free mass comes to rest at the very wall, which one beside it would hit"
+    return ", or ".join([parted] * several + [stops] * rubs)

@@ -1,7 +1,6 @@
 """Lyapunov exponents: how fast small deviations grow, through impacts, chatter and sticking."""
 
 import math
-from collections.abc import Iterable
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from damper.engine.model import read_segment
 from damper.engine.segment import IMPACT, REVERSAL
 from damper.engine.trajectory import Trajectory
 from damper.models.tangent import (
+    OF_PARTED,
     damping_in,
     directions_at,
     enter,
@@ -21,7 +21,7 @@ from damper.models.tangent import (
 )
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import Setting
-from damper.parameters.models import MODELS, masses_that_rub
+from damper.parameters.models import MODELS
 from damper.parameters.variables import SPEED, Variable
 
 #: Of a run: whether the record has begun; periods of it before its second half; directions that
@@ -31,8 +31,6 @@ _DIM = ("exponent",)
 #: By this power of e volumes may shrink until deviations are orthonormalised again: the direction
 #: that shrinks most must not be lost in the roundoff of the others.
 _SHRUNK = 10.0
-#: Growth of a deviation that parts masses in step, as a logarithm, by `parted_in`.
-_OF_PARTED = np.array([0.0, math.inf, -math.inf])
 
 
 class Lyapunov(Observer):
@@ -46,11 +44,12 @@ class Lyapunov(Observer):
     dashpots, and each impact by the square of the coefficient of restitution. `lyapunov_residual`
     is what the sum differs by; it takes all of them. Under dry friction each reversal shrinks
     volumes as well, and a rest off the walls lets one direction vanish: the last exponent is then
-    minus infinity.
+    minus infinity, and one more for each further mass that rests at the same time.
 
     Several masses in step hit as one. A deviation that parts them changes their impacts by a finite
     amount, however small it is: its two exponents are infinite, or minus infinity where they stick
-    together in the record. Start them apart, or give them different clearances.
+    together in the record; where they only rest, 0 and minus infinity. Start them apart, or give
+    them different clearances.
 
     An impact that only grazes makes deviations unbounded: see `slowest_impact`.
 
@@ -85,11 +84,6 @@ class Lyapunov(Observer):
             comment="deviations grow by its inverse; missing without an impact",
         ),
     )
-
-    def refusals(self, models: Iterable[str], masses: int = 1) -> dict[str, tuple[str, str]]:
-        """As of every observer; of several masses none may rub."""
-        reason = masses_that_rub(self.name, [*models])
-        return {"": (reason, "")} if reason else super().refusals(models, masses)
 
     def size(self, dim: str, window_length: int) -> int:
         """Length of one of the observer's own dimensions."""
@@ -139,7 +133,8 @@ class Lyapunov(Observer):
         if not finished or not len(self._frame):
             return
         total, length = read_record(self._totals), self._window.length
-        of_parted = np.repeat(_OF_PARTED[self._parted[self._own == 0.0]], 2)
+        with np.errstate(divide="ignore"):
+            of_parted = np.log(OF_PARTED[self._parted[self._own == 0.0]]).ravel()
         whole = np.append(self._growth[1], of_parted)
         order = np.argsort(-whole, kind="stable")[: self.exponents]
         found = {"lyapunov_exponents": whole[order] / length}

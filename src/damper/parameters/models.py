@@ -45,22 +45,6 @@ def unknown_model(what: str, model: str, known: Collection[str]) -> str:
     return f"{what} does not know {MODELS[model].has} (model {model}), only {', '.join(known)}"
 
 
-def masses_that_rub(what: str, models: Collection[str]) -> str:
-    """Say that something does not know the friction of a damper of these models; "" where it may.
-
-    What follows deviations knows dry friction of one free mass.
-    """
-    if {*models} >= {"several", "sliding"}:
-        return f"{what} does not know dry friction of several free masses, only of one"
-    return ""
-
-
-def need_one_that_rubs(damper: Any, what: str) -> None:
-    """Raise ValueError where several free masses rub on their boxes."""
-    if reason := masses_that_rub(what, models_of(damper)):
-        raise ValueError(reason)
-
-
 def need_model(damper: Any, known: Collection[str], what: str) -> None:
     """Raise ValueError where `what` does not know the model of a damper, as for `name_of`."""
     for model in models_of(damper):

@@ -122,7 +122,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         NamedMapping("motion"),
         Field(
             description="Periodic motions to follow, stable or not: name -> from where, along "
-            "which axis. Of a dimensionless study, whose masses do not rub where they are several."
+            "which axis. Of a dimensionless study."
         ),
     ] = _NONE
     figures: Annotated[

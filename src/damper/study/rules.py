@@ -9,7 +9,6 @@ from typing import Any
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import EACH_DRAW
 from damper.parameters.masses import OF_ANY_MASS, split
-from damper.parameters.models import masses_that_rub
 from damper.parameters.quantities import INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.estimate import MOST_SLICES, refuse_excess
 from damper.study.messages import Mistakes
@@ -190,9 +189,6 @@ def _check_models(study: Study, contents: StudyContents, mistakes: Mistakes) -> 
         for key, (message, way) in made.refusals(study.models, most).items():
             place = ("observers", name, key) if key else ("observers", name)
             mistakes.add(place, message, way or "a study without it, or of one of these models")
-    message = masses_that_rub("an orbit", study.models)
-    for name in study.orbits if message else ():
-        mistakes.add(("orbits", name), message, "a study without it")
 
 
 def _check_free(study: Study, mistakes: Mistakes) -> None:

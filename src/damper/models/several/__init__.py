@@ -24,6 +24,8 @@ from damper.models.several.bodies import (
     MODE,
     RATE,
     SIDE,
+    TOLD,
+    WAS,
     WAY,
     Several,
     begin,
@@ -77,7 +79,9 @@ def _following(model, segment, start):
     tail = -1
     for k in range(len(s.bodies)):
         if s.bodies[k, CAUSE] != NOTHING:
-            return Step(0.0, True, False, 1, told(s, s.v_before, 0.0), start)
+            new = told(s, s.v_before, 0.0)
+            new.bodies[:, WAS] = TOLD
+            return Step(0.0, True, False, 1, new, start)
         if s.bodies[k, MODE] == TAIL:
             tail = k
     if tail >= 0:

@@ -36,18 +36,23 @@ RATIO, CLEARANCE, GRAVITY, LEFT, RIGHT = range(5)
 #: to be told in a row of its own, the speed that of an impact at this instant, or minus that of a
 #: kick that is none: what sticks has left its wall, and is back. The completion is minus the time
 #: that is left where all speeds fade away in it. The way is the sign of a velocity less the
-#: primary's where that rubs, else 0.
-GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION, WAY = range(9)
-BODY = 9
+#: primary's where that rubs, else 0. What was is the way before this instant, or that it moved with
+#: the primary, or that a row before has told of the instant.
+GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION, WAY, WAS = range(10)
+BODY = 10
+JOINED, TOLD = 2.0, 3.0
 #: In place of a completion: the body has left its wall without a jump of the force just now, so
 #: both accelerations are the same, exactly.
 LIFTS = -1.0
+#: Friction that does nothing.
+LEAST_FRICTION = 1e-300
 
 
 class NoFriction(NamedTuple):
     """No free mass rubs on its box."""
 
-    none: float
+    accelerations: np.ndarray
+    """All are 0."""
 
 
 class Friction(NamedTuple):
@@ -126,8 +131,10 @@ class Start(NamedTuple):
 
 
 @plain
-def prepare(parameters: Parameters, law: Any, accuracy: float) -> Several:
-    """Constants of one run."""
+def prepare(
+    parameters: Parameters, law: Any, accuracy: float, along_friction: bool = False
+) -> Several:
+    """Constants of one run; along friction slides stop also where there is none yet."""
     p = parameters
     each = p.each
     made = rigid.prepare(each[0], law, accuracy)
@@ -137,8 +144,10 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Several:
     heavier = 1.0 + total
     strength = drive.amplitude * (1.0 + total * drive.share) / heavier
     forcing, mass = drive.forcing, Ballistic(0.0)
-    friction = np.array([q.friction for q in each])
-    if np.any(masses[:, GRAVITY] != 0.0) or friction.any():
+    least = LEAST_FRICTION if along_friction else 0.0
+    friction = np.array([max(q.friction, least) for q in each])
+    rubs = bool(friction.any())
+    if np.any(masses[:, GRAVITY] != 0.0) or rubs:
         forcing = WeighedForce(forcing, strength, 0.0)
     if drive.share:
         weighed = WeighedForce(drive.forcing, drive.share * drive.amplitude, 0.0)
@@ -154,7 +163,7 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Several:
         mass,
         drive.share,
         masses,
-        Friction(friction) if friction.any() else NoFriction(0.0),
+        Friction(friction) if rubs else NoFriction(friction),
     )
 
 
@@ -296,9 +305,15 @@ def _gap_of_driven(own, view, segment, way, change, tau):
 
 
 @compiled
+def is_on_wall(mode: float) -> bool:
+    """Whether a free mass sticks to its wall, or will where its tail ends."""
+    return mode in (STICKING, TAIL)
+
+
+@compiled
 def is_joined(mode: float) -> bool:
     """Whether a free mass moves with the primary, or about the centre that the tail has."""
-    return mode in (STICKING, TAIL, RESTING)
+    return is_on_wall(mode) or mode == RESTING
 
 
 @declared.begin.of(Several)

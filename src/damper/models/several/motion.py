@@ -13,11 +13,14 @@ from damper.models.several.bodies import (
     CLEARANCE,
     COMPLETION,
     GAP,
+    JOINED,
     MODE,
     RATE,
     RATIO,
     SIDE,
     SPEED,
+    WAS,
+    WAY,
     Several,
     SeveralSegment,
     Start,
@@ -57,6 +60,7 @@ def all_after(
     for k in range(len(bodies)):
         b = bodies[k]
         b[SPEED] = 0.0
+        b[WAS] = JOINED if is_joined(b[MODE]) else b[WAY]
         if is_joined(b[MODE]):
             continue
         seg, view, own = flight_of_body(model, s, start, k)

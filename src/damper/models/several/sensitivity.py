@@ -16,20 +16,22 @@ from damper.models import sensitivity, tangent
 from damper.models.several.bodies import (
     CLEARANCE,
     GAP,
-    GRAVITY,
+    JOINED,
     MODE,
     RATE,
     RATIO,
     SIDE,
     SPEED,
+    WAS,
+    WAY,
     Several,
     begin,
     is_joined,
+    is_on_wall,
     mass_of,
-    primary_with,
 )
 from damper.models.several.contacts import balanced
-from damper.models.several.tangent import begins_impacts, impulses
+from damper.models.several.tangent import begins_impacts, impulses, primary_in, ways_in
 
 
 @sensitivity.clearances_of.register(Several)
@@ -51,7 +53,7 @@ def _follow_change(model, stencil, log, change, begun):
         tangent.over_time(model, s, 0.0, s.duration, change)
         _add(model, stencil, s, False, change)
         for k in range(len(s.bodies)):
-            if is_joined(s.bodies[k, MODE]):
+            if is_on_wall(s.bodies[k, MODE]):
                 change[2 + 2 * k, 0] += s.bodies[k, SIDE] * stencil.clearance[k]
 
 
@@ -60,7 +62,7 @@ def _shift(s, stencil, change, sign, joined):
     """Take changes of places from the walls, or back; of masses that stick where asked."""
     for k in range(len(s.bodies)):
         b = s.bodies[k]
-        sticks = is_joined(b[MODE])
+        sticks = is_on_wall(b[MODE])
         if (sticks and joined) or (b[GAP] == 0.0 and not sticks):
             change[2 + 2 * k, 0] += sign * b[SIDE] * stencil.clearance[k]
 
@@ -96,7 +98,7 @@ def _after_impacts(there, model, s):
         if pushes[k] == 1.0:
             # The rebound is what the level has beyond the approach.
             u = v - sides[k] * (levels[k] - b[SPEED])
-        elif sides[k] != 0.0:
+        elif b[WAS] == JOINED or is_joined(b[MODE]):
             u = s.v_before
         found[3 + 2 * k] = u
         if is_joined(b[MODE]):
@@ -114,12 +116,7 @@ def _after(there, model, s, v):
     """What the flow over a segment adds, with a cycle that is longer in proportion."""
     found = np.zeros(2 + 2 * len(s.bodies))
     slower = there.cycle / model.cycle
-    tau, joined, pull = s.duration * slower, 0.0, 0.0
-    for k in range(len(s.bodies)):
-        if is_joined(s.bodies[k, MODE]):
-            joined += there.masses[k, RATIO]
-            pull += there.masses[k, RATIO] * there.masses[k, GRAVITY]
-    osc = primary_with(there, joined, pull)
+    tau, osc = s.duration * slower, primary_in(there, ways_in(s.bodies))
     phase = phase_at(osc.forcing, s.periods, s.time * slower)
     way, gained, _ = increments(osc, motion_from(osc, s.x, v, phase), tau)
     found[0], found[1] = v * tau + way, gained
@@ -130,6 +127,6 @@ def _after(there, model, s, v):
         else:
             y = s.x + b[SIDE] * (model.masses[k, CLEARANCE] - b[GAP])
             u = s.v - b[SIDE] * b[RATE]
-            way, later = body_at(mass_of(there, k, 0.0), y, u, phase, tau)
+            way, later = body_at(mass_of(there, k, float(b[WAY])), y, u, phase, tau)
             found[2 + 2 * k], found[3 + 2 * k] = way, later - u
     return found

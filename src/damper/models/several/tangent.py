@@ -2,8 +2,9 @@
 
 A deviation is one of (x, v, y0, u0, y1, u1, ...). An impact is carried to the moment at which the
 deviated motion hits, as `damper.models.tangent` does: the masses that hit and those that the impact
-presses on their walls share the impulse, and those that it kicks off go on. Masses that join the
-primary follow the centre of all that have.
+presses on their walls share the impulse, and those that it kicks off, or that friction alone held,
+go on. Masses that join the primary follow the centre of all that have. Where dry friction stops a
+slide, accelerations jump, those of all that the primary carries.
 
 Masses that hit at one instant do so by one law, which is not that of one impact after the other. So
 a deviation that parts them changes the motion by a finite amount, however small it is: it has no
@@ -18,24 +19,32 @@ import numpy as np
 
 from damper.engine.bodies import acceleration_of, flow_of
 from damper.engine.compiled import compiled
+from damper.engine.forcing import phase_at
 from damper.engine.model import read_segment
-from damper.engine.oscillator import motion_from
-from damper.engine.segment import COLUMNS, FLIGHT, IMPACT, RELEASE, STICKING, TAIL
+from damper.engine.oscillator import Oscillator, motion_from
+from damper.engine.segment import COLUMNS, FLIGHT, IMPACT, NOTHING, RESTING, STICKING, TAIL
 from damper.models import tangent
 from damper.models.several.bodies import (
     CAUSE,
     CLEARANCE,
+    COMPLETION,
     GAP,
     GRAVITY,
+    JOINED,
     MODE,
     RATE,
     RATIO,
     SIDE,
     SPEED,
+    TOLD,
+    WAS,
+    WAY,
     Several,
     SeveralSegment,
     begin,
+    friction_of,
     is_joined,
+    is_on_wall,
     mass_of,
     primary_with,
     restitution_of,
@@ -44,11 +53,13 @@ from damper.models.several.contacts import balance, balanced, settle
 from damper.models.several.log import segment_of_all
 from damper.models.several.pinch import is_pinched, times_over_gaps, turns_of
 
-#: Part of a deviation, and of what it moves an impact by, that is roundoff.
+#: Part of a deviation, and of what it moves an event by, that is roundoff.
 _TOGETHER = 1e-9
 
 
-tangent.friction_in.of(Several)(tangent.no_friction)
+@tangent.friction_in.of(Several)
+def _friction_in(model):
+    return float(np.max(model.friction.accelerations))
 
 
 @tangent.damping_in.of(Several)
@@ -58,8 +69,15 @@ def _damping_in(model, s):
 
 @tangent.shrunk_by.of(Several)
 def _shrunk_by(model, s):
-    r = restitution_of(model, int(s.body), s.side)
-    return r * r
+    k, bodies = int(s.body), s.bodies
+    if s.cause == IMPACT:
+        r = restitution_of(model, k, s.side)
+        return r * r
+    if bodies[0, WAS] == TOLD or np.any(bodies[:, SPEED] > 0.0):
+        return 1.0  # told of before, or a part of an impact
+    a, own = accelerations(model, s, s.v, bodies[:, WAS])
+    after, later = accelerations(model, s, s.v, ways_in(bodies))
+    return (later[k] - after) / (own[k] - a)
 
 
 @tangent.lost_in.of(Several)
@@ -67,17 +85,18 @@ def _lost_in(model, s, own):
     lost = 0.0
     for k in range(len(s.bodies)):
         if is_joined(s.bodies[k, MODE]):
-            lost += 2.0 * float(own[k])
+            lost += (1.0 if s.bodies[k, MODE] == RESTING else 2.0) * float(own[k])
     return lost
 
 
 @tangent.leaders_of.register(Several)
 def _leaders_of(model, row):
     bodies = read_segment(model, row).bodies
-    alike = np.column_stack([model.masses[:, CLEARANCE:], bodies[:, [GAP, RATE, SIDE, MODE]]])
+    of_model = model.masses[:, CLEARANCE:], model.friction.accelerations
+    alike = np.column_stack([*of_model, bodies[:, [GAP, RATE, SIDE, MODE]]])
     # Masses that stick move with the primary, whatever their walls are.
     sticks = bodies[:, MODE] == STICKING
-    alike[sticks, -1] += 1.0 + np.flatnonzero(sticks)
+    alike[sticks, -1] += 1.0 + RESTING + np.flatnonzero(sticks)
     _, first, group = np.unique(alike, axis=0, return_index=True, return_inverse=True)
     return first[group.ravel()]
 
@@ -85,8 +104,14 @@ def _leaders_of(model, row):
 @tangent.parted_in.register(Several)
 def _parted_in(model, log):
     bodies = log[:, COLUMNS + 2 :].reshape(len(log), len(model.masses), -1)
-    joined = (bodies[:, :, MODE] == STICKING) | (bodies[:, :, MODE] == TAIL)
-    return np.where(joined.any(0), 2, (bodies[:, :, SPEED] > 0.0).any(0).astype(int))
+    modes = bodies[:, :, MODE]
+    happens = (
+        bodies[:, :, WAS] * bodies[:, :, WAY] == -1.0,
+        modes == RESTING,
+        bodies[:, :, SPEED] > 0.0,
+        (modes == STICKING) | (modes == TAIL),
+    )
+    return np.max([(k + 1) * each.any(0) for k, each in enumerate(happens)], axis=0)
 
 
 @tangent.over_time.of(Several)
@@ -94,18 +119,21 @@ def _over_time(model, s, low, high, deviations):
     tau = high - low
     if is_pinched(s.bodies):
         return  # it takes no time
+    for k in range(len(s.bodies)):
+        if s.bodies[k, MODE] == RESTING:
+            deviations[2 + 2 * k] -= deviations[0]
     primary = flow_of(begin(model, s).osc, tau)
     for c in range(deviations.shape[1]):
         x, v = deviations[0, c], deviations[1, c]
         deviations[0, c] = primary.xx * x + primary.xv * v
         deviations[1, c] = primary.vx * x + primary.vv * v
     for k in range(len(s.bodies)):
-        place = 2 + 2 * k
+        place, mode = 2 + 2 * k, s.bodies[k, MODE]
         flow = flow_of(mass_of(model, k, 0.0), tau)
         for c in range(deviations.shape[1]):
             y, u = deviations[place, c], deviations[place + 1, c]
-            if is_joined(s.bodies[k, MODE]):
-                deviations[place, c] = deviations[0, c]
+            if is_joined(mode):
+                deviations[place, c] = deviations[0, c] + (y if mode == RESTING else 0.0)
                 deviations[place + 1, c] = deviations[1, c]
             else:
                 deviations[place, c] = flow.xx * y + flow.xv * u
@@ -116,10 +144,10 @@ def _over_time(model, s, low, high, deviations):
 def _enter(model, s, deviations, happened):
     if happened and begins_impacts(s):
         strike(model, s, deviations)
-    elif happened:
+    elif happened and not stop(model, s, deviations):
         return
-    if is_pinched(s.bodies):
-        join_pinched(model, s, deviations)
+    if _ends_at_once(s.bodies):
+        join_at_once(model, s, deviations)
     else:
         join(model, s, deviations)
 
@@ -127,60 +155,155 @@ def _enter(model, s, deviations, happened):
 @compiled
 def begins_impacts(s: SeveralSegment) -> bool:
     """Whether a segment is the first of those that impacts of one instant begin."""
-    told, hits = 1, 0
-    for k in range(len(s.bodies)):
-        hits += s.bodies[k, SPEED] > 0.0
-        told += s.bodies[k, CAUSE] == IMPACT
-    return s.cause == IMPACT and told == hits
+    return s.cause == IMPACT and s.bodies[0, WAS] != TOLD
+
+
+@compiled
+def ways_in(bodies: np.ndarray) -> np.ndarray:
+    """Which way each mass slides, `JOINED` where it moves with the primary."""
+    ways = bodies[:, WAY].copy()
+    for k in range(len(bodies)):
+        if is_joined(bodies[k, MODE]):
+            ways[k] = JOINED
+    return ways
+
+
+@compiled
+def primary_in(model: Several, ways: np.ndarray) -> Oscillator:
+    """The primary with all that moves with it, under the friction of what slides."""
+    joined, pull = 0.0, 0.0
+    for k in range(len(ways)):
+        ratio = float(model.masses[k, RATIO])
+        if ways[k] == JOINED:
+            joined += ratio
+            pull += ratio * float(model.masses[k, GRAVITY])
+        else:
+            pull -= ratio * float(ways[k]) * friction_of(model.friction, k)
+    return primary_with(model, joined, pull)
+
+
+@compiled
+def accelerations(
+    model: Several, s: SeveralSegment, v: float, ways: np.ndarray
+) -> tuple[float, np.ndarray]:
+    """Accelerations of the primary and of each mass, as for `ways_in`, at a segment's start."""
+    osc = primary_in(model, ways)
+    phase = phase_at(osc.forcing, s.periods, s.time)
+    a = motion_from(osc, s.x, v, phase).a
+    own = np.full(len(ways), a)
+    for k in range(len(ways)):
+        if ways[k] != JOINED:
+            own[k] = acceleration_of(mass_of(model, k, float(ways[k])), 0.0, 0.0, phase)
+    return a, own
 
 
 @compiled
 def join(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
-    """Let deviated masses that have joined follow their centre."""
+    """Let deviated masses that have joined follow their centre; off the walls their places stay."""
     for c in range(deviations.shape[1]):
-        heavier, x, v = 1.0, deviations[0, c], deviations[1, c]
+        heavier, on_walls, x, v = 1.0, 1.0, deviations[0, c], deviations[1, c]
+        for k in range(len(s.bodies)):
+            ratio = float(model.masses[k, RATIO])
+            if is_joined(s.bodies[k, MODE]):
+                heavier += ratio
+                v += ratio * deviations[3 + 2 * k, c]
+            if is_on_wall(s.bodies[k, MODE]):
+                on_walls += ratio
+                x += ratio * deviations[2 + 2 * k, c]
+        if heavier > 1.0:
+            deviations[0, c], deviations[1, c] = x / on_walls, v / heavier
         for k in range(len(s.bodies)):
             if is_joined(s.bodies[k, MODE]):
-                ratio = float(model.masses[k, RATIO])
-                heavier += ratio
-                x += ratio * deviations[2 + 2 * k, c]
-                v += ratio * deviations[3 + 2 * k, c]
-        if heavier > 1.0:
-            deviations[0, c], deviations[1, c] = x / heavier, v / heavier
-            for k in range(len(s.bodies)):
-                if is_joined(s.bodies[k, MODE]):
-                    deviations[2 + 2 * k, c] = deviations[0, c]
-                    deviations[3 + 2 * k, c] = deviations[1, c]
+                deviations[3 + 2 * k, c] = deviations[1, c]
+            if is_on_wall(s.bodies[k, MODE]):
+                deviations[2 + 2 * k, c] = deviations[0, c]
 
 
 @compiled
-def join_pinched(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
+def _ends_at_once(bodies):
+    """Whether a tail ends at once, and may let some part from the primary."""
+    if is_pinched(bodies):
+        return True
+    found = False
+    for k in range(len(bodies)):
+        found = found or bool(bodies[k, MODE] == TAIL and bodies[k, COMPLETION] == 0.0)
+    return found and bool(np.any(bodies[:, WAY] != 0.0))
+
+
+@compiled
+def join_at_once(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
     """Let deviated masses that pinch the primary follow their centre, until some part from it."""
     bodies, j = s.bodies.copy(), 0
     for k in range(len(bodies)):
         if bodies[k, MODE] == TAIL:
             j = k if bodies[k, RATE] < 0.0 else j
-            bodies[k, MODE], bodies[k, GAP], bodies[k, RATE] = STICKING, 0.0, 0.0
-    together = begin(model, s).primary
-    settle(model.friction, model, segment_of_all(s.periods, s.time, s.x, together.v, bodies), TAIL)
-    i = int(s.body)
-    coming, leaving = times_over_gaps(s.bodies, i, j, turns_of(model, s.bodies, i, j))
+            bodies[k, MODE], bodies[k, CAUSE] = STICKING, NOTHING
+            bodies[k, GAP], bodies[k, RATE] = 0.0, 0.0
+    v = begin(model, s).primary.v
+    settle(model.friction, model, segment_of_all(s.periods, s.time, s.x, v, bodies), TAIL)
+    ways, after = ways_in(s.bodies), ways_in(bodies)
+    if np.all(ways == after):
+        join(model, s, deviations)
+        return
+    i, coming, leaving = int(s.body), math.inf, math.inf
+    if s.bodies[j, RATE] < 0.0:
+        turns = turns_of(model, s.bodies, i, j)
+        coming, leaving = times_over_gaps(s.bodies, i, j, turns)
+    if not math.isfinite(coming):
+        deviations[:] = math.nan
+        return
     # By how much later the deviated masses are at rest.
     late = coming * s.bodies[j, SIDE] * (deviations[0] - deviations[2 + 2 * j])
     late += leaving * s.bodies[i, SIDE] * (deviations[0] - deviations[2 + 2 * i])
     join(model, s, deviations)
-    if not np.any(bodies[:, CAUSE] == RELEASE):
-        return
-    if not math.isfinite(coming):
-        deviations[:] = math.nan
-        return
-    after = begin(model, segment_of_all(s.periods, s.time, s.x, together.v, bodies)).primary
-    deviations[1] += (together.a - after.a) * late
-    for k in range(len(bodies)):
-        if s.bodies[k, MODE] == TAIL:
-            own = acceleration_of(mass_of(model, k, 0.0), 0.0, 0.0, after.phase)
-            own = after.a if is_joined(bodies[k, MODE]) else own
-            deviations[3 + 2 * k] += (together.a - own) * late
+    _change_course(model, s, v, ways, after, late, deviations)
+
+
+@compiled
+def _change_course(model, s, v, before, after, late, deviations):
+    """Let deviated masses change their ways later than the motion itself."""
+    a, own = accelerations(model, s, v, before)
+    a_after, later = accelerations(model, s, v, after)
+    deviations[1] += (a - a_after) * late
+    for k in range(len(own)):
+        deviations[3 + 2 * k] += (own[k] - later[k]) * late
+
+
+@compiled
+def stop(model: Several, s: SeveralSegment, deviations: np.ndarray) -> bool:
+    """Take deviations over slides that stop, up to where masses rest; whether there are any.
+
+    Where those rest and nothing else changes it does not matter when: their centre goes on.
+    """
+    bodies = s.bodies
+    before, after = bodies[:, WAS].copy(), ways_in(bodies)
+    stops = (np.abs(before) == 1.0) & (bodies[:, RATE] == 0.0) & (before != after)
+    if not np.any(stops):
+        return False
+    turns = bool(np.any((before != after) & ~(stops & (after == JOINED))))
+    a, own = accelerations(model, s, s.v, before)
+    late = np.zeros(deviations.shape[1])
+    for c in range(deviations.shape[1]):
+        v, parts, known = deviations[1, c], False, False
+        for k in range(len(bodies)):
+            if not stops[k]:
+                continue
+            u, falls = deviations[3 + 2 * k, c], float(own[k] - a)
+            if not known and turns and falls != 0.0:
+                late[c] = (v - u) / falls
+            known = True
+            off = abs(u - v + falls * late[c])
+            parts = parts or (turns and off > _TOGETHER * (abs(u) + abs(v) + abs(falls * late[c])))
+            if bodies[k, MODE] == TAIL:
+                # It stops at the very wall: one beside it hits, or stops ahead of it.
+                x, y = deviations[0, c], deviations[2 + 2 * k, c]
+                parts = parts or abs(x - y) > _TOGETHER * (abs(x) + abs(y))
+        if parts:
+            for row in range(len(deviations)):
+                deviations[row, c] = math.nan
+    if turns:
+        _change_course(model, s, s.v, before, after, late, deviations)
+    return True
 
 
 @compiled
@@ -196,7 +319,7 @@ def impulses(model: Several, s: SeveralSegment) -> tuple[Any, Any, Any]:
         if b[SPEED] > 0.0:
             sides[k] = b[SIDE]
             levels[k] = (1.0 + restitution_of(model, k, float(b[SIDE]))) * b[SPEED]
-        elif b[MODE] == STICKING or b[CAUSE] == RELEASE:
+        elif b[WAS] == JOINED and b[GAP] == 0.0:
             sides[k] = b[SIDE]
     return sides, levels, balance(0.0, sides, model.masses[:, RATIO], levels)
 
@@ -208,16 +331,13 @@ def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
     ratios, bodies = model.masses[:, RATIO], s.bodies
     sides, levels, pushes = impulses(model, s)
     jump = balanced(0.0, sides, ratios, levels, pushes)
-    after = begin(model, s).primary
-    joined, pull, heavier, fastest = 0.0, 0.0, 1.0, 0
+    a, own = accelerations(model, s, s.v_before, bodies[:, WAS].copy())
+    after, later = accelerations(model, s, begin(model, s).primary.v, ways_in(bodies))
+    heavier, fastest = 1.0, 0
     for k in range(count):
-        if sides[k] != 0.0 and levels[k] == 0.0:
-            joined += float(ratios[k])
-            pull += float(ratios[k] * model.masses[k, GRAVITY])
         heavier += float(ratios[k] * pushes[k])
         if bodies[k, SPEED] > bodies[fastest, SPEED]:
             fastest = k
-    a = motion_from(primary_with(model, joined, pull), s.x, s.v_before, after.phase).a
     for c in range(deviations.shape[1]):
         x, v = deviations[0, c], deviations[1, c]
         # By how much later the deviated motion hits.
@@ -231,25 +351,21 @@ def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
                 off = abs(bodies[k, SIDE] * (x - y) - late * speed)
                 parts = parts or off > _TOGETHER * (abs(x) + abs(y) + abs(late) * speed)
             if levels[k] > 0.0 and pushes[k] == 1.0:
-                own = acceleration_of(mass_of(model, k, 0.0), 0.0, 0.0, after.phase)
                 turned = levels[k] / bodies[k, SPEED]
-                change += ratios[k] * turned * (deviations[3 + 2 * k, c] - v + (own - a) * late)
+                change += ratios[k] * turned * (deviations[3 + 2 * k, c] - v + (own[k] - a) * late)
         change /= heavier
         for k in range(count):
-            own = acceleration_of(mass_of(model, k, 0.0), 0.0, 0.0, after.phase)
-            later = after.a if is_joined(bodies[k, MODE]) else own
-            stuck = sides[k] != 0.0 and levels[k] == 0.0
-            way, gained = 0.0, -(later - (a if stuck else own)) * late
+            way, gained = 0.0, (own[k] - later[k]) * late
             if pushes[k] == 1.0:
                 way, gained = jump, gained + change
-                if not stuck:
+                if levels[k] > 0.0:
                     turned = levels[k] / bodies[k, SPEED]
                     way -= sides[k] * levels[k]
-                    gained -= turned * (deviations[3 + 2 * k, c] - v + (own - a) * late)
+                    gained -= turned * (deviations[3 + 2 * k, c] - v + (own[k] - a) * late)
             deviations[2 + 2 * k, c] -= way * late
             deviations[3 + 2 * k, c] += gained
         deviations[0, c] = x - jump * late
-        deviations[1, c] = v + change - (after.a - a) * late
+        deviations[1, c] = v + change + (a - after) * late
         if parts:
             for row in range(len(deviations)):
                 deviations[row, c] = math.nan

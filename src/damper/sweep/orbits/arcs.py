@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -121,10 +120,13 @@ class Arc:
     def _gaps_of(self, rows: np.ndarray, clearance: float) -> list[float]:
         found = []
         fastest = max(rate_of(self.trajectory.model.free.forcing), 1.0)
-        for last, row in pairwise(rows):
+        before, last = rows[0], rows[0]
+        for row in rows[1:]:
+            # Events of one instant begin a row each.
+            before, last = (last if last[DURATION] > 0.0 else before), row
             if row[CAUSE] in (REST, REVERSAL):
-                before, at = (each[SIDE] * (clearance - each[GAP]) for each in (last, row))
-                found.append(clearance - at if at > before else clearance + at)
+                came, at = (each[SIDE] * (clearance - each[GAP]) for each in (before, row))
+                found.append(clearance - at if at > came else clearance + at)
         # A flight may begin below the surface of a compliant wall.
         flights = (rows[:, MODE] == FLIGHT) & (rows[:, GAP] >= 0.0)
         for row in rows[flights & (rows[:, DURATION] > 0.0)]:
@@ -203,7 +205,8 @@ def leaders(parameters: Parameters, start: np.ndarray) -> np.ndarray:
         return found
     first: dict[Any, int] = {}
     for k, one in enumerate(parameters.each):
-        alike = one.clearance, one.restitutions, one.gravity, *start[2 + 2 * k : 4 + 2 * k]
+        of_mass = one.clearance, one.restitutions, one.gravity, one.friction
+        alike = *of_mass, *start[2 + 2 * k : 4 + 2 * k]
         leader = first.setdefault(alike, k)
         found[2 + 2 * k : 4 + 2 * k] = 2 + 2 * leader, 3 + 2 * leader
     return found

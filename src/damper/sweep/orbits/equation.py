@@ -198,12 +198,16 @@ class PeriodMap:
         began = np.cumsum(self.rows[:, DURATION]) - self.rows[:, DURATION]
         return began[self.rows[:, CAUSE] >= IMPACT]
 
+    @property
+    def event_bodies(self) -> np.ndarray | None:
+        """Number of the free mass of each, where there are several."""
+        return self.events[:, COLUMNS] if self.events.shape[1] > COLUMNS else None
+
     @cached_property
     def bursts(self) -> tuple[WallImpacts, ...]:
         """Its runs of impacts on one wall."""
         rows = self.events
-        bodies = rows[:, COLUMNS] if rows.shape[1] > COLUMNS else None
-        return bursts_of(rows[:, CAUSE], rows[:, SIDE], rows[:, SPEED], bodies)
+        return bursts_of(rows[:, CAUSE], rows[:, SIDE], rows[:, SPEED], self.event_bodies)
 
     @cached_property
     def signature(self) -> tuple[Any, ...]:
@@ -211,9 +215,9 @@ class PeriodMap:
         return *((b.wall, b.impacts, b.completes, b.body) for b in self.bursts), self.stops
 
     @cached_property
-    def stops(self) -> int:
-        """How often dry friction stops the free mass, but within bursts."""
-        return stops_in(self.events[:, CAUSE], self.events[:, SIDE])
+    def stops(self) -> tuple[int, ...]:
+        """How often dry friction stops each free mass, but within bursts."""
+        return stops_in(self.events[:, CAUSE], self.events[:, SIDE], self.event_bodies)
 
     @property
     def touches(self) -> int:

@@ -10,11 +10,10 @@ import numpy as np
 from damper.engine.loop import FINISHED
 from damper.models import check_state, start_run
 from damper.models.sensitivity import Stencil, model_along, neighbours
-from damper.models.tangent import parted_in
+from damper.models.tangent import OF_PARTED, parted_in
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import FORCINGS
 from damper.parameters.masses import split
-from damper.parameters.models import need_one_that_rubs
 from damper.parameters.named import named_quantity, rates_of
 from damper.parameters.quantity import whole
 from damper.parameters.units import LENGTH, SPEED, Units
@@ -185,8 +184,8 @@ class PeriodicOrbit:
         in_step = (moves >= 0) & (moves != np.arange(len(moves)))
         if in_step.any():
             arc = run_arc(p, start, 0.0, float(self.period))
-            happens = np.repeat(parted_in(arc.trajectory.model, arc.rows), 2)[in_step[2:]]
-            values = np.append(values, np.array([1.0, np.inf, 0.0])[happens])
+            happens = parted_in(arc.trajectory.model, arc.rows)
+            values = np.append(values, OF_PARTED[happens].ravel()[in_step[2:]])
         return values[np.lexsort((-values.imag, -abs(values)))]
 
     @property
@@ -361,7 +360,6 @@ def check(parameters: Parameters | SIParameters, period: int) -> None:
         raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
     need_force(parameters, "an orbit")
     p = parameters.dimensionless
-    need_one_that_rubs(p, "an orbit")
     order = p.modulation_order if p.model == "time_varying" else 1
     if period % order:
         raise ValueError(f"period = {period}: must be a multiple of modulation_order = {order}")
@@ -374,7 +372,8 @@ def need_in_step(orbit: PeriodicOrbit, stencil: Stencil, name: str) -> None:
     if p.model != "several" or (moves == np.arange(len(moves))).all():
         return
     # All but their mass, by which masses in step may differ.
-    changes = stencil.models[1].masses[:, 1:] - stencil.models[0].masses[:, 1:]
+    each = [np.column_stack([m.masses[:, 1:], m.friction.accelerations]) for m in stencil.models]
+    changes = each[1] - each[0]
     for k in np.flatnonzero((changes != changes[moves]).any(axis=1)):
         raise ValueError(
             f"{name} parts the masses {moves[k]} and {k}, which move in step: what parts masses "

@@ -42,15 +42,34 @@ def bursts_of(
     return tuple(found)
 
 
-def stops_in(kinds: np.ndarray, sides: np.ndarray) -> int:
-    """How often dry friction stops the free mass, but for stops between impacts of one burst."""
-    walls, count = np.flatnonzero(kinds <= RELEASE), 0
-    for k in np.flatnonzero((kinds == REST) | (kinds == REVERSAL)) if len(walls) else ():
-        next = int(np.searchsorted(walls, k)) % len(walls)
-        last, next = walls[next - 1], walls[next]
-        in_burst = kinds[last] == IMPACT and kinds[next] != RELEASE and sides[last] == sides[next]
-        count += not in_burst
-    return count
+def stops_in(
+    kinds: np.ndarray, sides: np.ndarray, bodies: np.ndarray | None = None
+) -> tuple[int, ...]:
+    """How often dry friction stops each free mass, but for stops between impacts of one burst.
+
+    Of another one's bursts those count that complete: each of their impacts moves what rests.
+    """
+    bodies = np.zeros(len(kinds)) if bodies is None else bodies
+    stops, counts = (kinds == REST) | (kinds == REVERSAL), []
+    for body in np.unique(bodies):
+        left: list[int] = np.flatnonzero(stops & (bodies == body)).tolist()
+        for other in np.unique(bodies):
+            walls = np.flatnonzero((kinds <= RELEASE) & (bodies == other))
+            left = [k for k in left if not _is_in_burst(kinds, sides, walls, k, other != body)]
+        counts.append(len(left))
+    return tuple(counts)
+
+
+def _is_in_burst(
+    kinds: np.ndarray, sides: np.ndarray, walls: np.ndarray, k: int, completes: bool
+) -> bool:
+    """Whether an event is between those of one burst at a wall, or of one that completes."""
+    walls = np.roll(walls, -int(np.searchsorted(walls, k)))
+    if not len(walls) or kinds[walls[-1]] != IMPACT:
+        return False
+    goes_on = (kinds[walls] == IMPACT) & (sides[walls] == sides[walls[-1]])
+    end, ends = (walls[np.argmin(goes_on)], (STICK,)) if completes else (walls[0], (IMPACT, STICK))
+    return bool(sides[end] == sides[walls[-1]] and kinds[end] in ends)
 
 
 def word_of(bursts: tuple[WallImpacts, ...]) -> str:
