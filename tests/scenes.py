@@ -1,5 +1,7 @@
 """Dampers that many tests share, dimensionless but for `SI`."""
 
+from damper.parameters.dampers import BASIC
+
 #: Two impacts a period and more, nothing sticks.
 GENERIC = {
     "mass_ratio": 0.1,
@@ -33,4 +35,24 @@ SI = {
     "free_mass": 0.2,
     "gap": 0.1,
     "restitution": 0.5,
+}
+
+#: What the tests of observers run.
+SCENES = {
+    name: dict(zip(BASIC, values, strict=True))
+    for name, values in {
+        "generic": (0.1, 0.05, 0.8, 1.0, 0.6, 0.0),
+        "chattering": (0.1, 0.05, 0.2, 0.25, 0.3, 0.0),
+        "slow": (0.1, 0.05, 0.2, 0.25, 0.6, 0.4),
+        "study": (0.1, 0.02, 1.3, 0.05, 0.6, 0.4),
+        "incomplete": (0.1, 0.02, 1.3, 0.05, 0.9, 0.4),
+        "elastic": (0.3, 0.05, 0.9, 0.4, 1.0, 0.4),
+        "plastic": (0.2, 0.1, 0.4, 0.3, 0.0, 0.4),
+        "overdamped": (0.5, 1.5, 0.6, 0.05, 0.5, 0.4),
+        "very overdamped": (0.5, 10.0, 0.6, 5e-3, 0.5, 0.4),
+        "undamped": (2.0, 0.0, 0.7, 0.6, 0.7, 0.4),
+        "stuck": (0.5, 0.1, 0.6, 0.0, 0.5, 0.4),
+        "free": (0.1, 0.1, 0.6, 40.0, 0.5, 0.4),
+        "fast": (0.1, 0.1, 1e3, 1e-6, 0.5, 0.4),
+    }.items()
 }

@@ -11,6 +11,7 @@ import pytest
 from cases import thinned
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scenes import SCENES
 from scipy.integrate import IntegrationWarning, quad
 
 from damper import Parameters, State
@@ -36,30 +37,12 @@ from damper.models import start_run
 from damper.models.response import ShiftedOscillator, longest_step
 from damper.observers import response
 from damper.observers.common.base import Window
+from damper.parameters.dampers import BASIC
 from damper.sweep.runs import run_points
 from damper.theory.two_impacts import orbits
 
-NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
 VARIABLES = [variable.name for variable in response.Response().variables]
 EPS = np.finfo(float).eps
-
-SCENES = {
-    "generic": (0.1, 0.05, 0.8, 1.0, 0.6, 0.0),
-    "chattering": (0.1, 0.05, 0.2, 0.25, 0.3, 0.0),
-    "slow": (0.1, 0.05, 0.2, 0.25, 0.6, 0.4),
-    "study": (0.1, 0.02, 1.3, 0.05, 0.6, 0.4),
-    "elastic": (0.3, 0.05, 0.9, 0.4, 1.0, 0.4),
-    "plastic": (0.2, 0.1, 0.4, 0.3, 0.0, 0.4),
-    "overdamped": (0.5, 1.5, 0.6, 0.05, 0.5, 0.4),
-    "very overdamped": (0.5, 10.0, 0.6, 5e-3, 0.5, 0.4),
-    "undamped": (2.0, 0.0, 0.7, 0.6, 0.7, 0.4),
-    "stuck": (0.5, 0.1, 0.6, 0.0, 0.5, 0.4),
-    "fast": (0.1, 0.1, 1e3, 1e-6, 0.5, 0.4),
-}
-
-
-def parameters(name: str) -> dict[str, float]:
-    return dict(zip(NAMES, SCENES[name], strict=True))
 
 
 def observed(values: dict[str, float], *more: str, **run: object) -> dict[str, np.ndarray]:
@@ -96,7 +79,9 @@ def linear(values, state: State, transient: int, periods: int, inertia: float = 
     Double roots and undamped resonance are taken as limits: damping off by 1e-30.
     """
     with mp.workdps(100):
-        zeta, omega, phase = (mp.mpf(values[name]) for name in NAMES[1:3] + NAMES[5:])
+        zeta, omega, phase = (
+            mp.mpf(values[name]) for name in ("damping_ratio", "frequency_ratio", "phase")
+        )
         zeta += mp.mpf(10) ** -30
         inertia = mp.mpf(inertia)
         root = mp.sqrt(mp.mpc(zeta * zeta - inertia))
@@ -164,7 +149,7 @@ LINEAR = {
 @pytest.mark.parametrize("case", LINEAR)
 def test_linear_response_is_that_of_the_closed_form(case: str) -> None:
     zeta, omega, phase, state, transient, periods = LINEAR[case]
-    values = dict(zip(NAMES, (0.1, zeta, omega, 1e6, 0.5, phase), strict=True))
+    values = dict(zip(BASIC, (0.1, zeta, omega, 1e6, 0.5, phase), strict=True))
     found = observed(values, transient=transient, periods=periods, state=state)
     expected = linear(values, state, transient, periods)
     # The flow gives x and v to the rounding of v0 tau and v0, tau <= 25; the work is a difference.
@@ -184,7 +169,7 @@ def test_linear_response_is_that_of_the_closed_form(case: str) -> None:
 
 def test_without_clearance_both_masses_move_as_one() -> None:
     mass_ratio = 0.2
-    values = dict(zip(NAMES, (mass_ratio, 0.05, 0.7, 0.0, 0.5, 0.3), strict=True))
+    values = dict(zip(BASIC, (mass_ratio, 0.05, 0.7, 0.0, 0.5, 0.3), strict=True))
     state = State(0.4, -0.2, 0.4, -0.2)
     found = observed(values, transient=2, periods=5, state=state)
     for name, value in linear(values, state, 2, 5, 1.0 + mass_ratio).items():
@@ -193,7 +178,7 @@ def test_without_clearance_both_masses_move_as_one() -> None:
 
 
 def test_ratios_are_zero_where_the_steady_response_is_infinite() -> None:
-    values = dict(zip(NAMES, (0.1, 0.0, 1.0, 0.5, 0.5, 0.0), strict=True))
+    values = dict(zip(BASIC, (0.1, 0.0, 1.0, 0.5, 0.5, 0.0), strict=True))
     found = observed(values, transient=3, periods=3)
     assert found["amplitude_ratio"] == found["rms_ratio"] == 0.0
     assert found["peak_displacement"] > 0.0
@@ -207,7 +192,7 @@ def test_ratios_are_zero_where_the_steady_response_is_infinite() -> None:
 )
 def test_integrals_are_those_of_the_motion(name: str) -> None:
     """By scipy's quad over every segment of the log, bounces of tails one by one."""
-    p = Parameters(**parameters(name))
+    p = Parameters(**SCENES[name])
     trajectory = start_run(p)
     log = logged(trajectory, 5)
     found = over(trajectory, log, Window(0.0, 0.0, 5))
@@ -239,7 +224,7 @@ def test_integrals_are_those_of_the_motion(name: str) -> None:
 def test_two_impacts_per_cycle() -> None:
     """Model section 5: peak, and the power balance of a periodic orbit."""
     orbit = orbits(Parameters(0.1, 0.1, 1.0, 5.5, 0.5))[0]
-    values = dict(zip(NAMES, (0.1, 0.1, 1.0, 5.5, 0.5, 0.0), strict=True))
+    values = dict(zip(BASIC, (0.1, 0.1, 1.0, 5.5, 0.5, 0.0), strict=True))
     found = observed(values, transient=0, periods=20, state=orbit.start)
     assert found["peak_displacement"] == pytest.approx(2.58569621, abs=5e-9)
     assert found["peak_displacement"] == pytest.approx(orbit.peak, rel=1e-13)
@@ -279,10 +264,10 @@ RANDOM = {
 
 @settings(max_examples=50)
 @given(values=st.fixed_dictionaries(RANDOM), transient=st.integers(0, 5))
-@example(values=parameters("plastic"), transient=0)
-@example(values=parameters("chattering"), transient=7)
-@example(values=parameters("elastic"), transient=2)
-@example(values=parameters("stuck"), transient=1)
+@example(values=SCENES["plastic"], transient=0)
+@example(values=SCENES["chattering"], transient=7)
+@example(values=SCENES["elastic"], transient=2)
+@example(values=SCENES["stuck"], transient=1)
 def test_energy_balance_closes(values: dict[str, float], transient: int) -> None:
     """To rounding: over 58,000 random sets the median was 3e-17 of the scale, the worst 4e-15."""
     found = observed(values, "stroboscopic_section", transient=transient, periods=8)
@@ -298,7 +283,7 @@ def test_energy_balance_closes(values: dict[str, float], transient: int) -> None
 
 def test_balance_sees_bursts_with_tails() -> None:
     """Guards the test above: what tails hold is far more than the residual allows."""
-    p = parameters("chattering")
+    p = SCENES["chattering"]
     trajectory = start_run(Parameters(**p), accuracy=1e-6)
     log = logged(trajectory, 20)
     tails = log[log[:, MODE] == TAIL]
@@ -313,7 +298,7 @@ def test_balance_sees_bursts_with_tails() -> None:
 @pytest.mark.parametrize("name", ["plastic", "chattering"])
 def test_a_window_may_begin_and_end_anywhere(name: str, edge: float) -> None:
     """At impacts, within tails, within sticking: two windows make one, and each one closes."""
-    trajectory = start_run(Parameters(**parameters(name)))
+    trajectory = start_run(Parameters(**SCENES[name]))
     log = logged(trajectory, 40)
     for mode in set(log[:, MODE]):
         rows = log[(log[:, MODE] == mode) & (log[:, PERIODS] >= 10) & (log[:, PERIODS] < 20)]
@@ -332,7 +317,7 @@ def test_a_window_may_begin_and_end_anywhere(name: str, edge: float) -> None:
             # An impact at the common end of two windows counts in both.
             there = (log[:, PERIODS] == start[0]) & (log[:, TIME] == start[1])
             speeds = log[there & (log[:, CAUSE] == IMPACT), SPEED]
-            mu, r = trajectory.model.mass_ratio, parameters(name)["restitution"]
+            mu, r = trajectory.model.mass_ratio, SCENES[name]["restitution"]
             both = 0.5 * mu / (1 + mu) * (1 - r * r) * float((speeds**2).sum()) / 6
             mean = 0.5 * (before["impact_loss"] + after["impact_loss"]) - both
             if edge < 1.0:  # the ends of segments are rounded
@@ -343,7 +328,7 @@ def test_a_window_may_begin_and_end_anywhere(name: str, edge: float) -> None:
 @pytest.mark.parametrize("name", ["study", "plastic"])
 def test_a_window_may_begin_within_rounding_of_an_impact(name: str, steps: int) -> None:
     """Then the impact counts and the energy before it, or neither."""
-    trajectory = start_run(Parameters(**parameters(name)))
+    trajectory = start_run(Parameters(**SCENES[name]))
     log = logged(trajectory, 40)
     hits = log[(log[:, CAUSE] == IMPACT) & (log[:, PERIODS] >= 10) & (log[:, PERIODS] < 30)]
     assert len(hits) > 20

@@ -5,27 +5,16 @@ import math
 import numpy as np
 import pytest
 from plain_events import Scene
+from scenes import SCENES
 from scipy.integrate import solve_ivp
 
 from damper import State, simulate
 
-SCENES = {
-    "study": (0.1, 0.02, 1.3, 0.05, 0.6),
-    "incomplete": (0.1, 0.02, 1.3, 0.05, 0.9),
-    "elastic": (0.3, 0.05, 0.9, 0.4, 1.0),
-    "plastic": (0.2, 0.1, 0.4, 0.3, 0.0),
-    "slow": (0.1, 0.05, 0.2, 0.25, 0.6),
-    "overdamped": (0.5, 1.5, 0.6, 0.05, 0.5),
-    "stuck": (0.5, 0.1, 0.6, 0.0, 0.5),
-    "free": (0.1, 0.1, 0.6, 40.0, 0.5),
-}
-NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution")
+NAMES = ("study", "incomplete", "elastic", "plastic", "slow", "overdamped", "stuck", "free")
 
 
 def scene(name: str, transient: int, periods: int, **more: object) -> Scene:
-    return Scene(
-        {**dict(zip(NAMES, SCENES[name], strict=True)), "phase": 0.4}, transient, periods, **more
-    )
+    return Scene(SCENES[name], transient, periods, **more)
 
 
 def integrated(run: Scene, rows: np.ndarray, time: float) -> tuple[float, float, float, float]:
@@ -62,7 +51,7 @@ def samples(run: Scene, at: float = 0.0) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("transient", "at"), [(0, 0.0), (6, 0.37)])
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", NAMES)
 def test_samples_follow_from_the_event_before(name: str, transient: int, at: float) -> None:
     run = scene(name, transient, 6)
     found = samples(run, at)
@@ -87,7 +76,7 @@ def test_start_time_and_state_move_the_section() -> None:
 
 def test_transient_is_discarded_and_nothing_else() -> None:
     """Sample k after a transient of n periods is sample n + k from the start, bit for bit."""
-    for name in SCENES:
+    for name in NAMES:
         whole, late = samples(scene(name, 0, 12), 0.2), samples(scene(name, 5, 7), 0.2)
         np.testing.assert_array_equal(late, whole[5:], err_msg=name)
 
@@ -99,7 +88,7 @@ def test_samples_inside_a_closed_tail(accuracy: float) -> None:
     The rest of the burst is a formula there; the same burst resolved to 1e-15 is what it stands
     for. The state at the tail's start is the same, as nothing was cut before.
     """
-    p = dict(zip(NAMES, SCENES["slow"], strict=True)) | {"restitution": 0.3}
+    p = SCENES["chattering"]
     coarse, fine = Scene(p, 0, 1, accuracy=accuracy), Scene(p, 0, 1, accuracy=1e-15)
     stick = int(np.flatnonzero(coarse.rows["kind"] == 1)[0])
     first, last = coarse.rows["time"][stick - 1 : stick + 1]
@@ -116,7 +105,7 @@ def test_samples_inside_a_closed_tail(accuracy: float) -> None:
 
 
 def test_only_the_last_cycles() -> None:
-    run = {**dict(zip(NAMES, SCENES["study"], strict=True)), "transient": 3, "periods": 6}
+    run = {**SCENES["study"], "phase": 0.0, "transient": 3, "periods": 6}
     some, every = (
         simulate(**run, observers={"stroboscopic_section": {"last": last}}) for last in (2, 9)
     )

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_events import Scene
+from scenes import SCENES
 
 from damper import Parameters, events
 from damper.engine.segment import CAUSE, IMPACT, PERIODS, TIME
@@ -15,23 +16,9 @@ from damper.observers.common.base import Window
 from damper.observers.trajectory import SampledTrajectory
 from damper.sweep.runs import run_points
 
-NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
-SCENES = {
-    "generic": (0.1, 0.05, 0.8, 1.0, 0.6, 0.0),
-    "chattering": (0.1, 0.05, 0.2, 0.25, 0.3, 0.0),
-    "slow": (0.1, 0.05, 0.2, 0.25, 0.6, 0.4),
-    "study": (0.1, 0.02, 1.3, 0.05, 0.6, 0.4),
-    "elastic": (0.3, 0.05, 0.9, 0.4, 1.0, 0.4),
-    "plastic": (0.2, 0.1, 0.4, 0.3, 0.0, 0.4),
-    "stuck": (0.5, 0.1, 0.6, 0.0, 0.5, 0.4),
-    "free": (0.1, 0.1, 0.6, 40.0, 0.5, 0.4),
-}
+NAMES = ("generic", "chattering", "slow", "study", "elastic", "plastic", "stuck", "free")
 COLUMN_NAMES = ("time", "displacement", "velocity", "free_displacement", "free_velocity")
 SAMPLE, IMPACT_ROW, STICK, RELEASE = -1, 0, 1, 2
-
-
-def parameters(name: str) -> dict[str, float]:
-    return dict(zip(NAMES, SCENES[name], strict=True))
 
 
 def observed(values: dict[str, float], setting: dict | None = None, **run: object) -> dict:
@@ -64,26 +51,26 @@ def test_samples_are_those_of_the_stroboscopic_section(
 ) -> None:
     """Bit for bit, at every fraction of the period."""
     run = {"transient": transient, "periods": 6}
-    found = observed(parameters(name), {"start": start, "length": 2}, **run)
+    found = observed(SCENES[name], {"start": start, "length": 2}, **run)
     samples = {k: found[k][found["event"] == SAMPLE] for k in COLUMN_NAMES}
     assert len(samples["time"]) == 201
     for k in range(0, 200, 19):
         step = round(start * 100) + k
         section, _ = run_points(
-            [parameters(name)],
+            [SCENES[name]],
             {"stroboscopic_section": {"at": step % 100 / 100, "free_mass": True}},
             **run,
         )
         for column in COLUMN_NAMES[1:]:
             assert samples[column][k] == section[column][0][step // 100], (column, k)
-    period = 2 * math.pi / parameters(name)["frequency_ratio"]
+    period = 2 * math.pi / SCENES[name]["frequency_ratio"]
     np.testing.assert_allclose(
         samples["time"], np.arange(201) * period / 100, rtol=0, atol=3e-16 * 8 * period
     )
 
 
 def test_samples_stay_sharp_after_a_million_periods() -> None:
-    values = {**parameters("generic"), "clearance": 50.0}
+    values = {**SCENES["generic"], "clearance": 50.0}
     found = observed(values, {"start": 0.5, "length": 1}, transient=1_000_000, periods=2)
     period = 2 * math.pi / 0.8
     np.testing.assert_allclose(found["time"], np.arange(101) * period / 100, rtol=0, atol=4e-15)
@@ -95,10 +82,10 @@ def test_samples_stay_sharp_after_a_million_periods() -> None:
 # --- events
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", NAMES)
 def test_event_rows_are_those_of_the_event_list(name: str) -> None:
     transient = 4
-    scene = Scene(parameters(name), transient, 6)
+    scene = Scene(SCENES[name], transient, 6)
     found = observed(scene.parameters, **scene.run())
     p = Parameters(**scene.parameters)
     rows = events(p, until=(transient + 6) * p.cycle)
@@ -131,9 +118,9 @@ def test_event_rows_are_those_of_the_event_list(name: str) -> None:
     np.testing.assert_allclose(momentum[before], momentum[after], rtol=0, atol=1e-14)
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", NAMES)
 def test_modes_are_those_of_the_segments(name: str) -> None:
-    found = observed(parameters(name), transient=0, periods=8)
+    found = observed(SCENES[name], transient=0, periods=8)
     sticking = name == "stuck"
     for event, mode in zip(found["event"], found["mode"], strict=True):
         sticking = {SAMPLE: sticking, IMPACT_ROW: False, STICK: True, RELEASE: False}[int(event)]
@@ -141,7 +128,7 @@ def test_modes_are_those_of_the_segments(name: str) -> None:
     sticks = ("chattering", "study", "plastic", "stuck")
     assert (found["mode"] == 1).any() == (name in sticks)
     y, x = found["free_displacement"], found["displacement"]
-    assert (np.abs(y - x) <= parameters(name)["clearance"] + 1e-12 * (1 + np.abs(x))).all()
+    assert (np.abs(y - x) <= SCENES[name]["clearance"] + 1e-12 * (1 + np.abs(x))).all()
 
 
 @settings(max_examples=30)
@@ -181,7 +168,7 @@ def test_rows_are_in_order_and_complete(
 
 
 def test_events_that_do_not_fit_are_counted() -> None:
-    values = parameters("chattering")
+    values = SCENES["chattering"]
     whole = observed(values, transient=0, periods=6)
     all_events = (whole["event"] == 0).sum() // 2 + (whole["event"] > 0).sum()
     assert all_events > 40
@@ -214,12 +201,12 @@ def test_events_that_do_not_fit_are_counted() -> None:
 )
 def test_a_stretch_beyond_the_record_is_refused(setting: dict, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        observed(parameters("generic"), setting, transient=0, periods=3)
+        observed(SCENES["generic"], setting, transient=0, periods=3)
 
 
 def test_impacts_at_the_ends_of_the_stretch_are_rows() -> None:
     """An impact at exactly the start counts; the log of the run says where one is."""
-    trajectory = start_run(Parameters(**parameters("generic")))
+    trajectory = start_run(Parameters(**SCENES["generic"]))
     log = np.concatenate([piece.copy() for piece in trajectory.segments(30)])
     row = log[(log[:, CAUSE] == IMPACT) & (log[:, PERIODS] == 10)][0]
     for shift, expected in ((0, 0), (-2, -1)):
@@ -239,7 +226,7 @@ def test_impacts_at_the_ends_of_the_stretch_are_rows() -> None:
 @pytest.mark.parametrize("name", ["study", "plastic"])
 def test_rows_stay_in_order_where_samples_meet_events(name: str, steps: int) -> None:
     """A sample within rounding of an impact comes before or after it, in the order of the rows."""
-    trajectory = start_run(Parameters(**parameters(name)))
+    trajectory = start_run(Parameters(**SCENES[name]))
     log = np.concatenate([piece.copy() for piece in trajectory.segments(40)])
     for row in log[(log[:, CAUSE] == IMPACT) & (log[:, PERIODS] >= 10) & (log[:, PERIODS] < 14)]:
         observer = SampledTrajectory(samples_per_period=3, start=1 / 3)
