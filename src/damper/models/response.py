@@ -43,6 +43,8 @@ from damper.engine.peak import Moment, bounds_of, highest, moment_at
 from damper.engine.quadrature import FEWEST, LONGEST_REACH, NODES, WEIGHTS, nodes_for
 from damper.engine.roundoff import EPSILON
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment, centre_velocity
+from damper.models.friction import Bounce
+from damper.models.friction import bounce_at as bounce_of_tail
 from damper.parameters.models import name_of
 
 
@@ -486,6 +488,50 @@ def with_bounces(
         peak = _tail_peak(tail, low, high, peak)
     return ResponseIntegrals(
         centre.square, speed_square, work, loss, centre.support, centre.modulation, peak
+    )
+
+
+@compiled
+def with_rubbing_bounces(
+    model: Any,
+    segment: Segment,
+    centre: ResponseIntegrals,
+    tail: Tail,
+    bounce: Bounce,
+    low: float,
+    high: float,
+) -> ResponseIntegrals:
+    """As `with_bounces`, of a mass that rubs on its box; `centre` has the peak so far.
+
+    Of what all bounces lose, friction takes the same part of each.
+    """
+    pressing = bounce.out + bounce.back
+    apart = model.free.strength - strength_on(model.mass)
+    force, force1, _, _, _ = force_rates(model.free.forcing, tail.start.phase)
+    speed_square, work, lost = centre.speed_square, centre.work, 0.0
+    for k in range(2):
+        tau = high if k == 1 else low
+        sign = 1.0 if k == 1 else -1.0
+        gap, rate = bounce_of_tail(bounce, tail.duration, tail.rebound_speed, tau)
+        # Until it ends, a bounce holds what its height and its speed are worth without friction.
+        lost -= sign * 0.5 * abs(tail.share) * (rate * rate + pressing * gap)
+        carried = sign * tail.share * gap
+        work += apart * (force + tau * force1) * carried
+        speed_square += 2.0 * (tail.start.v + tau * tail.start.a) * carried
+    # The first bounce on from here rises highest.
+    top = min(max(tail.rebound_speed / bounce.out, low), high)
+    x, _, _, _ = motion(model, segment, top)
+    restitution = bounce.shrinks * math.sqrt(bounce.out / bounce.back)
+    rubbed = bounce.out - bounce.back
+    rubbed /= bounce.out - restitution * restitution * bounce.back
+    return ResponseIntegrals(
+        centre.square,
+        speed_square,
+        work,
+        (1.0 - rubbed) * lost,
+        rubbed * lost,
+        0.0,
+        max(centre.peak, abs(x)),
     )
 
 

@@ -36,7 +36,17 @@ from damper.engine.segment import (
     segment_after,
 )
 from damper.models import flights, rigid, walls
-from damper.models.friction import Hold, Speed, hold_at_start, pushed_by, speed_point
+from damper.models.friction import (
+    Bounce,
+    Hold,
+    Speed,
+    bounce_at,
+    bounce_from,
+    completes_rubbing,
+    hold_at_start,
+    pushed_by,
+    speed_point,
+)
 from damper.models.rigid import ContactForce, Rigid
 from damper.parameters import Parameters
 
@@ -325,7 +335,7 @@ def _over_impact(model, s, end, gave_up):
         if _holds(hold_at_start(hold_of(model, new)), math.inf):
             new = walls.after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, 0.0)
     else:
-        left, error = time_to_completion(model, new, start)
+        left, error = completes_rubbing(start.start, start.flight, new, model.friction)
         if error <= model.tolerance and rate * left <= model.clearance:
             new = walls.after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, left)
     return Step(end.duration, True, gave_up, end.steps, new, start)
@@ -336,74 +346,10 @@ def _gap_of_slide(start, model, segment, sign):
     return flights.gap_of(start.start, start.flight, start.shifted, sign)
 
 
-class Bounce(NamedTuple):
-    """The bounces of a complete chatter sequence, to first order in their speed."""
-
-    out: float
-    """Relative acceleration towards the wall on the way out, friction with it."""
-    back: float
-    """On the way back, friction against it; not positive where they do not reach the wall."""
-    shrinks: float
-    """Speed of a rebound over that of the one before."""
-
-
 @compiled
 def bounce_of(model: Sliding, s: Segment, slide: Slide) -> Bounce:
     """How a free mass bounces that slides away from a wall."""
-    a, _, _, _ = flights.relative_rates(slide.start, slide.flight)
-    out = -s.side * a
-    back = out - 2.0 * (1.0 + model.mass_ratio) * model.friction
-    shrinks = 0.0
-    if back > 0.0:
-        shrinks = restitution_at(law_at(model.law, s.side), 0.0) * math.sqrt(back / out)
-    return Bounce(out, back, shrinks)
-
-
-@compiled
-def time_to_completion(model: Sliding, s: Segment, slide: Slide) -> tuple[float, float]:
-    """Time to the completion point after an impact, to first order, and its error.
-
-    An infinite error says that the sequence need not complete from here.
-    """
-    out, back, q = bounce_of(model, s, slide)
-    if not (back > 0.0 and q < 1.0):
-        return 0.0, math.inf
-    w = s.gap_rate
-    left = w * (1.0 / out + 1.0 / math.sqrt(out * back)) / (1.0 - q)
-    # By how much the pressing acceleration changes meanwhile: with the force and the springs, and
-    # with what impacts and friction do to the primary's velocity.
-    _, jerk, _, snap = flights.relative_rates(slide.start, slide.flight)
-    mu = model.mass_ratio
-    drag = 2.0 * model.free.damping
-    jerk = abs(jerk) + 2.0 * drag * mu * model.friction
-    change = (jerk + left * snap) * left + 2.0 * drag * mu / (1.0 + mu) * w
-    if not change < 0.25 * back:
-        return 0.0, math.inf
-    # A bounce's time and speed change by that over `back`; each one's speed depends on all before.
-    drift = change / back * (1.0 + (out - back) / (out * (1.0 - q)))
-    law = law_at(model.law, s.side)
-    falls = abs(restitution_at(law, w) - restitution_at(law, 0.0))
-    error = left * (drift + falls / (1.0 - q))
-    if left > horizon(model.free.forcing, slide.start.phase):
-        return 0.0, math.inf
-    return left, error
-
-
-@compiled
-def bounce_at(bounce: Bounce, duration: float, gap_rate: float, tau: float) -> tuple[float, float]:
-    """Gap and gap rate in the closed rest of a sequence: its bounces are self-similar."""
-    left = 1.0 - tau / duration if duration > 0.0 else 0.0
-    if bounce.shrinks == 0.0 or left <= 0.0:
-        return 0.0, 0.0
-    count = math.floor(math.log(left) / math.log(bounce.shrinks))
-    shrink = math.exp(count * math.log(bounce.shrinks))
-    speed = gap_rate * shrink
-    now = (1.0 - left / shrink) * duration * shrink
-    turn = speed / bounce.out
-    if now <= turn:
-        return max(now, 0.0) * (speed - 0.5 * bounce.out * max(now, 0.0)), speed - bounce.out * now
-    height, fallen = 0.5 * speed * turn, now - turn
-    return max(height - 0.5 * bounce.back * fallen * fallen, 0.0), -bounce.back * fallen
+    return bounce_from(slide.start, slide.flight, s, model.friction)
 
 
 @declared.speeds_in_tail.of(Sliding)

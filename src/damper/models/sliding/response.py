@@ -4,11 +4,9 @@ A slide goes one way, so friction takes its force times the change of the gap. W
 in the place of what a support does, which no damper with friction has.
 """
 
-import math
-
 from damper.engine.bodies import strength_on
 from damper.engine.compiled import compiled
-from damper.engine.forcing import force_rates, phase_at
+from damper.engine.forcing import phase_at
 from damper.engine.model import begin, motion
 from damper.engine.oscillator import motion_from
 from damper.engine.segment import FLIGHT, TAIL, centre_velocity
@@ -18,6 +16,8 @@ from damper.models.response import (
     have_rigid_walls,
     integrate_segment,
     oscillation,
+    tail_of,
+    with_rubbing_bounces,
     work_in_flight,
 )
 from damper.models.sliding import Sliding, bounce_of, shift_of
@@ -36,7 +36,9 @@ def _integrate_segment(model, tables, segment, low, high, peak):
     found = oscillation(ShiftedOscillator(model.stuck, start, 0.0), low, high, peak)
     found = _together(model, found)
     if in_tail:
-        return _with_bounces(model, s, start, found, low, high)
+        bounce = bounce_of(model, s, begin(model, s))
+        tail = tail_of(model, model.mass_ratio, s, start, 0.0)
+        return with_rubbing_bounces(model, s, found, tail, bounce, low, high)
     return found
 
 
@@ -63,42 +65,3 @@ def _integrate_slide(model, s, low, high, peak):
     on_mass = work_in_flight(slide.flight.mass, slide.flight, slide.shifted, low, high)
     work = free.strength * found.work + on_mass
     return ResponseIntegrals(found.square, found.speed_square, work, 0.0, rubbed, 0.0, found.peak)
-
-
-@compiled
-def _with_bounces(model, s, start, centre, low, high):
-    """Add what the bounces of a tail lose, and how far the first ones carry the primary.
-
-    As for the rigid damper: the bounce under way has carried the primary from the centre. Of what
-    all of them lose, friction takes the same part of each.
-    """
-    bounce = bounce_of(model, s, begin(model, s))
-    mu = model.mass_ratio
-    share = s.side * mu / (1.0 + mu)
-    force, force1, _, _, _ = force_rates(model.free.forcing, start.phase)
-    pressing = bounce.out + bounce.back
-    speed_square, work, lost = centre.speed_square, centre.work, 0.0
-    for k in range(2):
-        tau = high if k == 1 else low
-        sign = 1.0 if k == 1 else -1.0
-        _, _, gap, rate = motion(model, s, tau)
-        # Until it ends, a bounce holds what its height and its speed are worth without friction.
-        lost -= sign * 0.5 * abs(share) * (rate * rate + pressing * gap)
-        carried = sign * share * gap
-        work += (model.free.strength - strength_on(model.mass)) * (force + tau * force1) * carried
-        speed_square += 2.0 * (start.v + tau * start.a) * carried
-    # The first bounce on from here rises highest.
-    top = min(max(s.gap_rate / bounce.out, low), high)
-    x, _, _, _ = motion(model, s, top)
-    restitution = bounce.shrinks * math.sqrt(bounce.out / bounce.back)
-    rubbed = bounce.out - bounce.back
-    rubbed /= bounce.out - restitution * restitution * bounce.back
-    return ResponseIntegrals(
-        centre.square,
-        speed_square,
-        work,
-        (1.0 - rubbed) * lost,
-        rubbed * lost,
-        0.0,
-        max(centre.peak, abs(x)),
-    )
