@@ -16,7 +16,7 @@ from several_scenes import length_of, rubbing_error, rubbing_scene
 from damper import Parameters, SIParameters, State, events
 from damper.engine.compiled import plain
 from damper.engine.model import read_segment
-from damper.engine.segment import CAUSE, DURATION, IMPACT, RESTING, STICKING, V_BEFORE
+from damper.engine.segment import CAUSE, DURATION, IMPACT, RESTING, STICKING, TAIL, V_BEFORE
 from damper.models import start_run
 from damper.models.several.bodies import MODE
 from damper.models.several.friction import common_acceleration
@@ -52,16 +52,16 @@ def test_events_against_many_digits(force: str, seed: int) -> None:
 @pytest.mark.exhaustive
 @plain
 def test_many_random_scenes() -> None:
-    """All that happens: among it two that rest, of which one breaks away, and what is kicked."""
+    """All that happens: two that rest, of which one breaks away, what is kicked, closed tails."""
     happened: set[str] = set()
     for force in FORCES:
-        for seed in range(60 if force == "harmonic" else 20):
+        for seed in range(200 if force == "harmonic" else 20):
             values, state = rubbing_scene(force, seed)
             until = length_of(values, state)
             assert rubbing_error(values, state, until) < ERROR, (force, seed)
             happened |= _happened_in(values, state, until)
     assert happened >= {"stick", "release", "rest", "slip", "reversal"}
-    assert happened >= {"two rest", "one of two breaks away", "kick"}
+    assert happened >= {"two rest", "one of two breaks away", "kick", "tail"}
 
 
 def _happened_in(values: dict[str, Any], state: tuple, until: float) -> set[str]:
@@ -70,6 +70,8 @@ def _happened_in(values: dict[str, Any], state: tuple, until: float) -> set[str]
     for log in run.segments(*run.whole_periods(until)):
         rows = [read_segment(run.model, row) for row in log]
         for s, after in pairwise(rows):
+            if after.completion > 0.0:
+                found.add("tail")
             rests = [np.count_nonzero(r.bodies[:, MODE] == RESTING) for r in (s, after)]
             found.add(names.get(int(after.cause), ""))
             if rests[0] >= 2:
@@ -228,6 +230,51 @@ def test_the_common_acceleration_is_the_only_root() -> None:
         of = free, ratios, levels, low, high
         root = brentq(excess, -50.0, 50.0, args=of, xtol=1e-14)
         assert plain(common_acceleration)(*of) == pytest.approx(root, abs=1e-12)
+
+
+# --- the closed rest of chatter
+
+
+def chattering(w: float, friction: float, speed: float, held: float) -> tuple[Parameters, State]:
+    """A mass that hits the right wall, which presses with about 1, and one that slides far off."""
+    given = {"clearance": 1.0, "restitution": 0.6, "gravity": -0.2}
+    p = damper_of({"friction": friction}, {"friction": held, "clearance": 50.0}, **given)
+    return p, State(1.0, -0.5, [2.0, 0.0], [w - 0.5, speed - 0.5])
+
+
+def tails_in(p: Parameters, state: State, accuracy: float) -> list[Any]:
+    run = start_run(p, state, accuracy)
+    rows = [row for log in run.segments(*run.whole_periods(0.3)) for row in log.copy()]
+    found = [read_segment(run.model, row) for row in rows]
+    return [s for s in found if s.cause == IMPACT and s.bodies[0, MODE] == TAIL and s.completion]
+
+
+@pytest.mark.parametrize(("friction", "order"), [(0.3, 2), (0.0, 3)])
+@plain
+def test_a_tail_is_closed_beside_a_slide(friction: float, order: int) -> None:
+    """At the first impact; its error falls with the square of the speed, or its third power."""
+    errors = []
+    for w in (0.008, 0.004, 0.002):
+        p, state = chattering(w, friction, 2.0, 0.1)
+        assert len(tails_in(p, state, 1e-3)) == 1
+        closed, exact = (events(p, state, until=0.3, accuracy=a) for a in (1e-3, 1e-15))
+        assert told(closed) == [(IMPACT, 0, 1), (STICK, 0, 1)]
+        last = exact[exact["kind"] == STICK][0]
+        errors.append(max(abs(closed[1][name] - last[name]) for name in ("time", "x", "v")))
+    ratios = [one / other for one, other in pairwise(errors)]
+    assert ratios == pytest.approx([2.0**order] * 2, rel=0.05)
+
+
+@pytest.mark.parametrize(("speed", "held"), [(0.008, 3.0), (-0.008, 0.1)], ids=["rests", "turns"])
+@plain
+def test_no_tail_is_closed_while_another_slide_ends(speed: float, held: float) -> None:
+    p, state = chattering(0.01, 0.3, speed, held)
+    table = events(p, state, until=0.3, accuracy=1e-3)
+    [stop] = table[(table["body"] == 1) & np.isin(table["kind"], (REST, REVERSAL))][:1]
+    hits = table[(table["kind"] == IMPACT) & (table["time"] < stop["time"])]
+    assert len(hits) >= 1
+    for tail in tails_in(p, state, 1e-3):
+        assert tail.time > stop["time"]
 
 
 # --- extreme places of the box

@@ -6,6 +6,8 @@ damper (`view_of`). How many there are is no type: one code serves any number. S
 are solved at once, as one problem of impulses and one of contact forces. docs/models.md.
 """
 
+import math
+
 import numpy as np
 
 from damper.engine import model as declared
@@ -34,7 +36,7 @@ from damper.models.several.bodies import (
 from damper.models.several.bodies import prepare as prepare
 from damper.models.several.contacts import hit, let_go, settle, slide_on
 from damper.models.several.log import segment_of_all, told
-from damper.models.several.motion import all_after
+from damper.models.several.motion import all_after, bounce_in
 from damper.models.several.pinch import close_pinch, is_pinched, turns_of
 from damper.models.several.tails import close, next_event
 from damper.models.walls import slack
@@ -70,7 +72,10 @@ def _speeds_in_tail(model, segment):
         if bodies[j, MODE] == TAIL and bodies[j, RATE] < 0.0:
             turns = turns_of(model, bodies, k, j)
             return -turns.next * float(bodies[j, RATE]), turns.speeds
-    return segment.gap_rate, restitution_of(model, int(segment.body), segment.side)
+    if bodies[k, MODE] != TAIL or bodies[k, RATE] == 0.0:
+        return segment.gap_rate, restitution_of(model, k, segment.side)
+    bounce = bounce_in(model, segment, k)
+    return segment.gap_rate * math.sqrt(bounce.back / bounce.out), bounce.shrinks
 
 
 @declared.following.of(Several)
@@ -117,7 +122,7 @@ def _fly(model, s, start):
     limit = min(HORIZON, horizon(start.osc.forcing, start.primary.phase))
     last, first, side, steps, gave_up, stops = limit, -1, 0.0, 1, False, False
     for k in range(count):
-        found = next_event(model.friction, model, s, start, k, last, 0.0)
+        found = next_event(model, s, start, k, last, 0.0, 0.0)
         steps += found.steps
         gave_up = gave_up or found.side == GAVE_UP
         if found.side == GAVE_UP and found.tau < last:
@@ -140,7 +145,7 @@ def _fly(model, s, start):
     if hits or stops or first < 0:
         settle(model.friction, model, segment_of_all(periods, time, x, v, bodies), TAIL)
     if hits:
-        v = close(model.friction, model, segment_of_all(periods, time, x, v, bodies))
+        v = close(model, segment_of_all(periods, time, x, v, bodies))
         close_pinch(model, bodies)
     new = told(segment_of_all(periods, time, x, v, bodies), v_before, loss)
     happened = new.cause != NOTHING

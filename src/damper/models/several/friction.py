@@ -28,8 +28,7 @@ from damper.engine.segment import (
     TAIL,
 )
 from damper.models.flights import VANISHES, gap_of
-from damper.models.friction import Hold, Speed, hold_at_start, speed_point
-from damper.models.rigid import ContactForce
+from damper.models.friction import Speed, speed_point
 from damper.models.several.bodies import (
     CAUSE,
     COMPLETION,
@@ -44,8 +43,6 @@ from damper.models.several.bodies import (
     SPEED,
     WAY,
     Friction,
-    begin,
-    flight_of_body,
     friction_of,
     is_joined,
     mass_of,
@@ -56,11 +53,12 @@ from damper.models.several.log import segment_of_all
 from damper.models.several.pinch import NOTHING_LEFT, SHORTEST
 from damper.models.several.tails import (
     NextEvent,
-    close,
+    fade,
+    first_stop,
     has_nothing_left,
-    is_balanced,
-    next_event,
-    rest_together,
+    is_over,
+    less,
+    settle_again,
 )
 
 # --- who rests
@@ -187,42 +185,17 @@ def _turn(friction, bodies):
 # --- what happens next
 
 
-@next_event.of(Friction)
-def _next_event(friction, model, s, start, k, last, margin):
-    b = s.bodies[k]
-    if is_joined(b[MODE]):
-        hold = Hold(
-            ContactForce(start.osc, mass_of(model, k, 0.0), start.primary, float(b[SIDE])),
-            friction_of(friction, k),
-        )
-        here = hold_at_start(hold)
-        width = 2.0 * hold.friction if b[MODE] == RESTING else math.inf
-        if is_balanced(here, width):
-            return NextEvent(last, 0.0, 1, False)
-        lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
-        root = first_root(hold, here, width, lifts_off, last, 0.0)
-        return NextEvent(root.point.tau + root.step, root.side, root.steps, False)
-    seg, view, own = flight_of_body(model, s, start, k)
-    steps, stops = 0, False
-    if b[WAY] != 0.0:
-        speed = Speed(gap_of(own, view, seg, -float(b[WAY]) * seg.side))
-        stop = first_root(
-            speed, speed_point(speed, start_point(speed.gap)), math.inf, False, last, 0.0
-        )
-        steps = stop.steps
-        if stop.side == GAVE_UP:
-            return NextEvent(last, GAVE_UP, steps, False)
-        if stop.side == 1.0 and stop.point.tau + stop.step <= last:
-            stops, last = True, stop.point.tau + stop.step
-    gap = gap_of(own, view, seg, 1.0)
-    here = start_point(gap)
-    lifts_off = seg.gap == 0.0 and seg.gap_rate == 0.0 and here.second == 0.0
-    root = first_root(gap, here, 2.0 * view.clearance, lifts_off, last, 0.0)
-    steps += root.steps
+@first_stop.of(Friction)
+def _first_stop(friction, own, view, segment, way, last, slowest):
+    if way == 0.0:
+        return NextEvent(last, 0.0, 0, False)
+    speed = Speed(less(gap_of(own, view, segment, -way * segment.side), 0.0, slowest))
+    here = speed_point(speed, start_point(speed.gap))
+    root = first_root(speed, here, math.inf, False, last, 0.0)
     tau = root.point.tau + root.step
-    if root.side == GAVE_UP or (root.side != 0.0 and tau <= last):
-        return NextEvent(tau, root.side, steps, False)
-    return NextEvent(last, 1.0 if stops else 0.0, steps, stops)
+    if root.side == 1.0 and tau <= last:
+        return NextEvent(tau, 1.0, root.steps, True)
+    return NextEvent(last, GAVE_UP if root.side == GAVE_UP else 0.0, root.steps, False)
 
 
 @slide_on.of(Friction)
@@ -264,23 +237,23 @@ def _level(friction, model, k, way):
 # --- chatter
 
 
-@close.of(Friction)
-def _close(friction, model, s):
-    # What the others do meanwhile is not known ahead: each impact moves those that rest.
-    start = begin(model, s)
+@fade.of(Friction)
+def _fade(friction, model, s, start):
     fades = _fading(friction, model, s)
-    if np.any(fades):
-        v = s.v + _stop(model, s, start, fades)
-        settle(friction, model, segment_of_all(s.periods, s.time, s.x, v, s.bodies), TAIL)
-        return v
-    any_rests = False
-    for k in range(len(s.bodies)):
-        any_rests = any_rests or has_nothing_left(friction, model, s, start, k, 0.0)
-    if not any_rests:
-        return s.v
-    v = s.v + rest_together(model, s)
+    if not np.any(fades):
+        return False, 0.0
+    return True, _stop(model, s, start, fades)
+
+
+@settle_again.of(Friction)
+def _settle_again(friction, model, s, v):
+    # Slides may have turned round.
     settle(friction, model, segment_of_all(s.periods, s.time, s.x, v, s.bodies), TAIL)
-    return v
+
+
+@is_over.of(Friction)
+def _is_over(friction, model, s, start, k, chatter):
+    return has_nothing_left(friction, model, s, start, k, 0.0)
 
 
 @compiled

@@ -4,10 +4,10 @@ import numpy as np
 
 from damper.engine import model as declared
 from damper.engine.compiled import compiled
-from damper.engine.completion import bounce_at
 from damper.engine.oscillator import arrive, increments
 from damper.engine.search import HORIZON, ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, RESTING, STICKING, TAIL, clock_after
+from damper.models.friction import Bounce, bounce_at, bounce_from
 from damper.models.several.bodies import (
     CAUSE,
     CLEARANCE,
@@ -25,11 +25,15 @@ from damper.models.several.bodies import (
     SeveralSegment,
     Start,
     begin,
+    flight_of,
     flight_of_body,
+    friction_of,
     gap_after,
     is_joined,
-    restitution_of,
+    segment_of,
+    view_of,
 )
+from damper.models.several.log import segment_of_all
 from damper.models.several.pinch import is_pinched
 
 #: Roundoffs of a gap within which an approaching mass is at the wall together with another.
@@ -106,8 +110,8 @@ def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, flo
         elif b[MODE] == TAIL and b[RATE] > 0.0:
             # The centre follows the sticking flow; the bounces go on about it.
             side = float(b[SIDE])
-            r = restitution_of(model, k, side)
-            gap, rate = bounce_at(r, float(b[COMPLETION]), float(b[RATE]), tau)
+            bounce = bounce_in(model, s, k)
+            gap, rate = bounce_at(bounce, float(b[COMPLETION]), float(b[RATE]), tau)
             share = side * float(model.masses[k, RATIO]) / (1.0 + start.joined)
             carried += share * gap
             change += share * rate
@@ -120,6 +124,22 @@ def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, flo
             b[GAP] += b[SIDE] * carried
             b[RATE] += b[SIDE] * change
     return x + carried, v + change, bodies
+
+
+@compiled
+def bounce_in(model: Several, s: SeveralSegment, k: int) -> Bounce:
+    """How a body bounces in a tail: as in the flight that has begun there."""
+    bodies, ratio = s.bodies.copy(), 0.0
+    for j in range(len(bodies)):
+        if bodies[j, MODE] == TAIL:
+            ratio += float(model.masses[j, RATIO])
+            bodies[j, MODE], bodies[j, WAY] = FLIGHT, -bodies[j, SIDE]
+    flight = segment_of_all(s.periods, s.time, s.x, s.v, bodies)
+    start = begin(model, flight)
+    seg = segment_of(flight, start, k)
+    view = view_of(model, start, k, ratio, seg.side, -seg.side)
+    own = flight_of(view.mass, start, view, seg)
+    return bounce_from(own, view, seg, friction_of(model.friction, k))
 
 
 @declared.masses_at.of(Several)

@@ -17,8 +17,9 @@ from damper.engine.segment import FLIGHT, TAIL
 from damper.models import extremes
 from damper.models import response as declared
 from damper.models.flights import gap_of
+from damper.models.friction import Bounce
 from damper.models.several import bodies as several
-from damper.models.several.motion import bodies_in, primary_after, state_in
+from damper.models.several.motion import bodies_in, bounce_in, primary_after, state_in
 from damper.models.several.pinch import is_pinched, lost_in_pinch, share_of_pinch
 
 
@@ -107,31 +108,34 @@ def _gap_of_tail(model, segment, tau):
 
 
 @by_class
-def rubbed_in(friction: Any, model: Any, segment: Any, low: float, high: float) -> float:
-    """What dry friction takes in a part of a segment."""
+def rubbed_in(
+    friction: Any, model: Any, segment: Any, low: float, high: float, carried: float
+) -> float:
+    """What dry friction takes in a part of a segment, in which bounces carry the primary so far."""
 
 
 @rubbed_in.of(several.NoFriction)
-def _nothing_rubbed(friction, model, segment, low, high):
+def _nothing_rubbed(friction, model, segment, low, high, carried):
     return 0.0
 
 
 @rubbed_in.of(several.Friction)
-def _rubbed_in(friction, model, segment, low, high):
+def _rubbed_in(friction, model, segment, low, high, carried):
     # A slide goes one way.
     start = several.begin(model, segment)
     lost = 0.0
     for k in range(len(segment.bodies)):
         b = segment.bodies[k]
         if b[several.MODE] == FLIGHT and b[several.WAY] != 0.0:
-            slid = abs(_moved(model.mass, model, segment, start, k, low, high))
+            moved = _moved(model.mass, model, segment, start, k, low, high)
+            slid = abs(moved + float(b[several.SIDE]) * carried)
             lost += float(model.masses[k, several.RATIO]) * friction.accelerations[k] * slid
     return lost
 
 
 @by_class
 def _moved(mass: Any, model: Any, s: Any, start: Any, k: int, low: float, high: float) -> float:
-    """By how much the gap of a mass in flight changes in a part of a segment."""
+    """By how much the gap of a mass in flight changes in a part of a segment, but for bounces."""
 
 
 @_moved.of(Ballistic)
@@ -158,10 +162,15 @@ def _integrate_segment(model, tables, segment, low, high, peak):
     s = segment
     start = several.begin(model, s)
     ratio, side, number = _bouncing(model, s)
+    share, carried, bounce = side * ratio / (1.0 + start.joined), 0.0, Bounce(0.0, 0.0, 0.0)
+    if ratio > 0.0:
+        bounce = bounce_in(model, s, number)
+        carried = share * (_gap_of_tail(model, s, high) - _gap_of_tail(model, s, low))
+    smooth = ratio > 0.0 and bounce.out == bounce.back
     moving = declared.ShiftedOscillator(start.osc, start.primary, 0.0)
-    found = declared.oscillation(moving, low, high, math.inf if ratio > 0.0 else peak)
+    found = declared.oscillation(moving, low, high, math.inf if smooth else peak)
     work = model.free.strength * (1.0 + start.joined * model.share) * found.work
-    rubbed = rubbed_in(model.friction, model, s, low, high)
+    rubbed = rubbed_in(model.friction, model, s, low, high, carried)
     for k in range(len(s.bodies)):
         if not several.is_joined(s.bodies[k, several.MODE]):
             own = float(model.masses[k, several.RATIO]) * (1.0 + start.joined)
@@ -174,25 +183,34 @@ def _integrate_segment(model, tables, segment, low, high, peak):
             _, _, bodies = bodies_in(model, s, tau)
             lost = lost_in_pinch(model, start, bodies) - lost
     found = declared.ResponseIntegrals(
-        found.square, found.speed_square, work, -lost, rubbed, 0.0, found.peak
+        found.square, found.speed_square, work, -lost, 0.0, 0.0, found.peak
     )
-    if ratio == 0.0:
-        return found
-    force, force1, _, _, _ = force_rates(model.free.forcing, start.primary.phase)
-    apart = model.free.strength * (1.0 - model.share)
-    tail = declared.Tail(
-        start.primary,
-        0.0,
-        apart * force,
-        apart * force1,
-        side * ratio / (1.0 + start.joined),
-        several.restitution_of(model, number, side),
-        float(s.bodies[number, several.RATE]),
-        float(s.bodies[number, several.COMPLETION]),
-    )
-    found = declared.with_bounces(found, tail, low, high, peak)
     # Of the reduced mass that bounces, as the primary carries what sticks.
-    heavier = 1.0 + start.joined - ratio
+    heavier = 1.0
+    if ratio > 0.0:
+        heavier += start.joined - ratio
+        force, force1, _, _, _ = force_rates(model.free.forcing, start.primary.phase)
+        apart = model.free.strength * (1.0 - model.share)
+        tail = declared.Tail(
+            start.primary,
+            0.0,
+            apart * force,
+            apart * force1,
+            share,
+            several.restitution_of(model, number, side),
+            float(s.bodies[number, several.RATE]),
+            float(s.bodies[number, several.COMPLETION]),
+        )
+        if smooth:
+            found = declared.with_bounces(found, tail, low, high, peak)
+        else:
+            found = declared.with_rubbing_bounces(model, s, found, tail, bounce, low, high)
     return declared.ResponseIntegrals(
-        found.square, found.speed_square, found.work, heavier * found.loss, 0.0, 0.0, found.peak
+        found.square,
+        found.speed_square,
+        found.work,
+        heavier * found.loss,
+        rubbed + heavier * found.support,
+        0.0,
+        found.peak,
     )

@@ -7,12 +7,22 @@ import numpy as np
 
 from damper.engine.bodies import WeightedSum, acceleration_of, start_point
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_class
+from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.oscillator import motion_from
-from damper.engine.search import EventPoint, first_root
-from damper.engine.segment import FLIGHT, IMPACT, NOTHING, RELEASE, STICKING, TAIL
-from damper.models.flights import completes, gap_of, rests
-from damper.models.rigid import ContactForce, force_point
+from damper.engine.search import GAVE_UP, EventPoint, first_root
+from damper.engine.segment import (
+    FLIGHT,
+    IMPACT,
+    NOTHING,
+    RELEASE,
+    RESTING,
+    STICKING,
+    TAIL,
+    Segment,
+)
+from damper.models.flights import completes, gap_of
+from damper.models.friction import Hold, completes_rubbing, hold_at_start
+from damper.models.rigid import ContactForce, Rigid
 from damper.models.several.bodies import (
     CAUSE,
     CLEARANCE,
@@ -32,6 +42,8 @@ from damper.models.several.bodies import (
     begin,
     flight_of,
     flight_of_body,
+    friction_of,
+    is_joined,
     mass_of,
     primary_with,
     restitution_of,
@@ -56,93 +68,179 @@ class NextEvent(NamedTuple):
     """Whether it is that a slide stops."""
 
 
-@by_class
+@compiled
 def next_event(
-    friction: Any,
     model: Several,
     s: SeveralSegment,
     start: Start,
     k: int,
     last: float,
     margin: float,
+    slowest: float,
 ) -> NextEvent:
-    """When a body arrives at a wall, or within a margin of it, or no longer rests; up to a time."""
+    """When a body arrives at a wall, no longer rests, or ends a slide; up to a time.
 
-
-@next_event.of(NoFriction)
-def _next_event(friction, model, s, start, k, last, margin):
+    It arrives within a margin of a wall, and ends a slide at the speed `slowest`.
+    """
     b = s.bodies[k]
-    if b[MODE] == STICKING:
+    if is_joined(b[MODE]):
         force = ContactForce(start.osc, mass_of(model, k, 0.0), start.primary, float(b[SIDE]))
-        here = force_point(force, 0.0, 0.0, start.primary)
-        if rests(here) or is_balanced(here, math.inf):
+        hold = Hold(force, friction_of(model.friction, k))
+        here = hold_at_start(hold)
+        width = 2.0 * hold.friction if b[MODE] == RESTING else math.inf
+        if _is_balanced(here, width):
             # All hang at rest: what is left of a force that others' weights do not let vanish.
             return NextEvent(last, 0.0, 1, False)
         lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
-        root = first_root(force, here, math.inf, lifts_off, last, 0.0)
-    else:
-        seg, view, own = flight_of_body(model, s, start, k)
-        g = gap_of(own, view, seg, 1.0)
-        moving = WeightedSum(
-            g.value - margin, g.slope, g.acceleration, g.longest, g.rate, g.coupling, g.terms
-        )
-        here = start_point(moving)
-        lifts_off = seg.gap == 0.0 and seg.gap_rate == 0.0 and here.second == 0.0
-        root = first_root(moving, here, 2.0 * (view.clearance - margin), lifts_off, last, 0.0)
-    return NextEvent(root.point.tau + root.step, root.side, root.steps, False)
+        root = first_root(hold, here, width, lifts_off, last, 0.0)
+        return NextEvent(root.point.tau + root.step, root.side, root.steps, False)
+    seg, view, own = flight_of_body(model, s, start, k)
+    stop = first_stop(model.friction, own, view, seg, float(b[WAY]), last, slowest)
+    if stop.side == GAVE_UP:
+        return stop
+    moving = less(gap_of(own, view, seg, 1.0), margin, 0.0)
+    here = start_point(moving)
+    lifts_off = seg.gap == 0.0 and seg.gap_rate == 0.0 and here.second == 0.0
+    width = 2.0 * (view.clearance - margin)
+    root = first_root(moving, here, width, lifts_off, stop.tau, 0.0)
+    tau, steps = root.point.tau + root.step, stop.steps + root.steps
+    if root.side == GAVE_UP or (root.side != 0.0 and tau <= stop.tau):
+        return NextEvent(tau, root.side, steps, False)
+    return NextEvent(stop.tau, stop.side, steps, stop.stops)
 
 
 @compiled
-def is_balanced(here: EventPoint, width: float) -> bool:
+def less(gap: WeightedSum, margin: float, speed: float) -> WeightedSum:
+    """A gap that is this much smaller, and grows so much more slowly."""
+    return WeightedSum(
+        gap.value - margin,
+        gap.slope - speed,
+        gap.acceleration,
+        gap.longest,
+        gap.rate,
+        gap.coupling,
+        gap.terms,
+    )
+
+
+@by_class
+def first_stop(
+    friction: Any, own: Any, view: Rigid, segment: Segment, way: float, last: float, slowest: float
+) -> NextEvent:
+    """When a slide has slowed down to this speed; up to a time."""
+
+
+@first_stop.of(NoFriction)
+def _no_stop(friction, own, view, segment, way, last, slowest):
+    return NextEvent(last, 0.0, 0, False)
+
+
+@compiled
+def _is_balanced(here: EventPoint, width: float) -> bool:
     """Whether all that holds a mass is just enough, and stays so."""
     least = min(abs(here.value), abs(width - here.value))
     largest = max(least, abs(here.slope), abs(here.second), abs(here.third))
     return here.growth == 0.0 and largest <= here.roundoff
 
 
-@by_class
-def close(friction: Any, model: Several, s: SeveralSegment) -> float:
+class Chatter(NamedTuple):
+    """What is ahead of a body that bounces on a wall."""
+
+    left: float
+    """Time to the completion point; infinite where none is known well enough."""
+    rise: float
+    """Height of the bounces, at most."""
+    ratio: float
+    """Mass ratio of all that chatter as one."""
+
+
+@compiled
+def close(model: Several, s: SeveralSegment) -> float:
     """Close the chatter sequences that complete before anything else happens; in place.
 
     A sequence that has less than the tolerance left is at its end whatever the others do: masses
     that chatter on one wall kick each other off it, and come to rest at one instant. Returned is
     the primary's velocity.
     """
-
-
-@close.of(NoFriction)
-def _close(friction, model, s):
-    bodies = s.bodies
     start = begin(model, s)
+    faded, change = fade(model.friction, model, s, start)
     any_rests = False
-    for k in range(len(bodies)):
-        b = bodies[k]
-        at_wall = b[MODE] == FLIGHT and b[GAP] == 0.0 and b[RATE] > 0.0
-        if not at_wall or b[CAUSE] == NOTHING:
-            continue
-        ratio = _chattering_with(model, bodies, k)
-        seg = segment_of(s, start, k)
-        view = view_of(model, start, k, ratio, seg.side, 0.0)
-        own = flight_of(view.mass, start, view, seg)
-        far = start.primary.a - acceleration_of(view.mass, seg.x, s.v, start.primary.phase)
-        brief = 2.0 * b[SPEED] <= NOTHING_LEFT * model.tolerance * abs(far)
-        if b[CAUSE] == IMPACT and brief and _fade(model, s):
-            return s.v
+    if not faded:
+        for k in range(len(s.bodies)):
+            chatter = _chatter_of(model, s, start, k)
+            if is_over(model.friction, model, s, start, k, chatter):
+                any_rests = True
+            elif _is_closed(model, s, start, k, chatter):
+                return s.v
+    if any_rests:
+        change = rest_together(model, s)
+    if faded or any_rests:
+        settle_again(model.friction, model, s, s.v + change)
+        return s.v + change
+    return s.v
+
+
+@by_class
+def fade(friction: Any, model: Several, s: SeveralSegment, start: Start) -> tuple[bool, float]:
+    """Close what masses do with one another in no time, in place.
+
+    Returned is whether they do so, and the change of the primary's velocity.
+    """
+
+
+@by_class
+def is_over(
+    friction: Any, model: Several, s: SeveralSegment, start: Start, k: int, chatter: Chatter
+) -> bool:
+    """Whether a sequence has less left than what counts as none."""
+
+
+@by_class_or_default
+def settle_again(friction: Any, model: Several, s: SeveralSegment, v: float) -> None:
+    """Ask who rests once others have come to rest, in place: here nothing has changed for them."""
+
+
+@is_over.of(NoFriction)
+def _is_over(friction, model, s, start, k, chatter):
+    ends = chatter.left <= NOTHING_LEFT * model.tolerance
+    return ends and not _meets_another(s.bodies, k, chatter.left)
+
+
+@compiled
+def _chatter_of(model, s, start, k):
+    """How a body goes on that something has happened to on a wall."""
+    b = s.bodies[k]
+    at_wall = b[MODE] == FLIGHT and b[GAP] == 0.0 and b[RATE] > 0.0
+    if not at_wall or b[CAUSE] == NOTHING:
+        return Chatter(math.inf, 0.0, 0.0)
+    ratio = _chattering_with(model, s.bodies, k)
+    seg = segment_of(s, start, k)
+    view = view_of(model, start, k, ratio, seg.side, float(b[WAY]))
+    own = flight_of(view.mass, start, view, seg)
+    most, part = friction_of(model.friction, k), 1.0
+    if most == 0.0:
         left, error = completes(view, view.mass_ratio, seg, own)
-        # The next bounce must turn before the other wall; a constant force lets it rise this high.
-        r = restitution_of(model, k, seg.side)
-        rise = 0.25 * seg.gap_rate * left * (1.0 - r)
-        if not (error <= model.tolerance and rise <= view.clearance):
-            continue
-        if left <= NOTHING_LEFT * model.tolerance:
-            any_rests = any_rests or not _meets_another(bodies, k, left)
-        elif b[CAUSE] == IMPACT and _is_undisturbed(model, s, start, k, ratio, left, rise):
-            for j in range(len(bodies)):
-                if _chatters_with(model, bodies, k, j):
-                    bodies[j, MODE] = TAIL
-                    bodies[j, COMPLETION] = left
-            return s.v
-    return s.v + rest_together(model, s) if any_rests else s.v
+        part -= restitution_of(model, k, seg.side)
+    else:
+        left, error = completes_rubbing(own, view, seg, most)
+    # The next bounce must turn before the other wall; a constant force lets it rise this high.
+    rise = 0.25 * seg.gap_rate * left * part
+    if not (error <= model.tolerance and rise <= view.clearance):
+        left = math.inf
+    return Chatter(left, rise, ratio)
+
+
+@compiled
+def _is_closed(model, s, start, k, chatter):
+    """Close a sequence of which more than nothing is left, in place; whether that is done."""
+    bodies, left = s.bodies, chatter.left
+    known = NOTHING_LEFT * model.tolerance < left < math.inf and bodies[k, CAUSE] == IMPACT
+    if not (known and _is_undisturbed(model, s, start, k, chatter)):
+        return False
+    for j in range(len(bodies)):
+        if _chatters_with(model, bodies, k, j):
+            bodies[j, MODE], bodies[j, COMPLETION], bodies[j, WAY] = TAIL, left, 0.0
+    return True
 
 
 @compiled
@@ -155,8 +253,20 @@ def _meets_another(bodies, k, left):
     return False
 
 
+@fade.of(NoFriction)
+def _fade(friction, model, s, start):
+    any_brief = False
+    for k in range(len(s.bodies)):
+        b = s.bodies[k]
+        if b[MODE] == FLIGHT and b[GAP] == 0.0 and b[RATE] > 0.0 and b[CAUSE] == IMPACT:
+            own = acceleration_of(mass_of(model, k, 0.0), s.x, s.v, start.primary.phase)
+            pressed = NOTHING_LEFT * model.tolerance * abs(start.primary.a - own)
+            any_brief = any_brief or 2.0 * b[SPEED] <= pressed
+    return any_brief and _fade_together(model, s), 0.0
+
+
 @compiled
-def _fade(model, s):
+def _fade_together(model, s):
     """Close what masses at both walls do with one another in no time.
 
     Each impact of one disturbs the others, so no sequence is one of its own, and one that is
@@ -266,6 +376,7 @@ def _chatters_with(model, bodies, k, j):
         and c[SIDE] == side
         and c[RATE] == b[RATE]
         and model.masses[j, GRAVITY] == model.masses[k, GRAVITY]
+        and friction_of(model.friction, j) == friction_of(model.friction, k)
         and restitution_of(model, j, side) == restitution_of(model, k, side)
     )
 
@@ -281,20 +392,14 @@ def _chattering_with(model, bodies, k):
 
 
 @compiled
-def _is_undisturbed(model, s, start, k, ratio, left, rise):
+def _is_undisturbed(model, s, start, k, chatter):
     """Whether nothing happens to any other body while the sequence of one completes."""
-    bodies = s.bodies
-    joined = start.joined + ratio
-    side = float(bodies[k, SIDE])
-    pull = ratio * float(model.masses[k, GRAVITY])
-    for j in range(len(bodies)):
-        if bodies[j, MODE] == STICKING:
-            pull += float(model.masses[j, RATIO] * model.masses[j, GRAVITY])
-    osc = primary_with(model, joined, pull)
-    v = s.v - side * ratio / (1.0 + joined) * float(bodies[k, RATE])
-    together = Start(osc, joined, motion_from(osc, s.x, v, start.primary.phase))
-    # Bounces carry the primary this far from the centre, at most; twice that to be sure.
-    margin = 2.0 * ratio / (1.0 + joined) * rise
+    bodies, left, side = s.bodies, chatter.left, float(s.bodies[k, SIDE])
+    share = chatter.ratio / (1.0 + start.joined + chatter.ratio)
+    together = _together(model, s, start, k, chatter.ratio)
+    # Bounces carry the primary this far from the centre and are so fast, at most; twice that to be
+    # sure.
+    margin, slowest = 2.0 * share * chatter.rise, 2.0 * share * float(bodies[k, RATE])
     for j in range(len(bodies)):
         b = bodies[j]
         if j == k or _chatters_with(model, bodies, k, j):
@@ -302,12 +407,31 @@ def _is_undisturbed(model, s, start, k, ratio, left, rise):
         flies = b[MODE] == FLIGHT
         width = 2.0 * float(model.masses[j, CLEARANCE])
         near = flies and not margin < b[GAP] < width - margin
-        if near or (b[MODE] == STICKING and b[SIDE] == side) or b[MODE] == TAIL:
+        speed = -b[WAY] * b[SIDE] * (b[RATE] + b[SIDE] * (together.primary.v - s.v))
+        turns = flies and b[WAY] != 0.0 and speed <= slowest
+        # Each impact moves one that rests, or sticks to the same wall.
+        moved = b[MODE] == RESTING or (b[MODE] == STICKING and b[SIDE] == side)
+        if near or turns or moved or b[MODE] == TAIL:
             return False
         # Between impacts a contact force is what it is without the mass that bounces.
         moving = together if flies else start
-        within = margin if flies else 0.0
-        found = next_event(model.friction, model, s, moving, j, left, within)
+        found = next_event(model, s, moving, j, left, margin, slowest)
         if found.side != 0.0 and found.tau <= left:
             return False
     return True
+
+
+@compiled
+def _together(model, s, start, k, ratio):
+    """The motion of the primary with all that chatter as body `k`, of this mass ratio."""
+    bodies, joined = s.bodies, start.joined + ratio
+    pull = ratio * float(model.masses[k, GRAVITY])
+    for j in range(len(bodies)):
+        own = float(model.masses[j, RATIO])
+        if bodies[j, MODE] == STICKING:
+            pull += own * float(model.masses[j, GRAVITY])
+        elif j != k and not _chatters_with(model, bodies, k, j):
+            pull -= own * float(bodies[j, WAY]) * friction_of(model.friction, j)
+    osc = primary_with(model, joined, pull)
+    v = s.v - float(bodies[k, SIDE]) * ratio / (1.0 + joined) * float(bodies[k, RATE])
+    return Start(osc, joined, motion_from(osc, s.x, v, start.primary.phase))
