@@ -5,7 +5,7 @@ import pytest
 from figures.drawing import made_up
 
 from damper.analysis.optimum import least
-from damper.figures.common.layout import edges, geometric, numbers, select, wrap
+from damper.figures.common.layout import edges, geometric, jumps, numbers, select, wrap
 
 AXES = {"mass_ratio": [0.1, 0.2], "clearance": [0.5, 1.0, 1.5]}
 DIRECTIONS = {"direction": ["up", "down"]}
@@ -72,6 +72,14 @@ def test_edges_enclose_their_values(values: list[float]) -> None:
     assert len(found) == len(values) + 1
     assert (found[:-1] < values).all()
     assert (values < found[1:]).all()
+
+
+def test_jumps_are_steps_among_flat_ones() -> None:
+    x = np.linspace(0.0, 1.0, 11)
+    steep = np.tanh(20.0 * (x - 0.5))  # a step beside others nearly as high
+    assert jumps(np.where(x < 0.55, x, x + 1.0), 5.0, 0.02).tolist() == [6]
+    assert jumps(steep, 5.0, 0.02).tolist() == jumps(x, 5.0, 0.02).tolist() == []
+    assert jumps(np.where(x < 0.55, np.nan, x), 5.0, 0.02).tolist() == []
 
 
 def test_least_of_nearly_equal_values_is_the_first() -> None:

@@ -158,6 +158,8 @@ def test_what_drives_stands_above_in_its_own_unit_and_time(shaken: xr.Dataset) -
     assert time[-1] == pytest.approx(2.0, abs=2.0 * math.pi / 3.0 / 150.0)
     assert top.get_title(loc="left") == "acceleration of the base"
     assert others[-1].get_xlabel() == "time $t - t_0$ / s"
+    at_once = shaken.assign_attrs(transient_periods=0)
+    assert drawn("trajectory", at_once).axes[-1].get_xlabel() == "time $t$ / s"
     assert "Omega" not in drawn("trajectory", shaken).get_suptitle()
 
 

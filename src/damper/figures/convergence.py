@@ -88,7 +88,7 @@ def _panel(ax: Axes, stiffness: np.ndarray, lines: Sequence[np.ndarray]) -> None
         # Each in the colour of its line.
         corner: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 7.0}
         for row, (distance, look) in enumerate(zip(lines, _STYLES, strict=False)):
-            text = f"slope at the end {order_of_convergence(stiffness, distance):.2f}"
+            text = f"slope, stiffer half: {order_of_convergence(stiffness, distance):.2f}"
             place = 0.98, 0.97 - 0.1 * row
             text = text.replace("-", "\N{MINUS SIGN}")
             ax.text(*place, text, transform=ax.transAxes, color=look["color"], **corner)

@@ -206,12 +206,8 @@ def _draw_line(
 def _parted(log: bool, x: np.ndarray, y: np.ndarray, *others: np.ndarray) -> list[np.ndarray]:
     """Part lines where the first, y, jumps from one motion to another: nothing is known between."""
     heights = np.where(np.isfinite(y), np.log(y) if log else y, np.nan)
-    steps = np.abs(np.diff(heights))
-    beside = np.maximum(np.append(steps[1:], np.nan), np.insert(steps[:-1], 0, np.nan))
-    known = heights[np.isfinite(heights)]
-    least = _LEAST_JUMP * (known.max() - known.min()) if known.size else 0.0
-    jumps = 1 + np.flatnonzero((steps > _JUMP * beside) & (steps > least))
-    return [np.insert(np.asarray(each, float), jumps, np.nan) for each in (x, y, *others)]
+    places = layout.jumps(heights, _JUMP, _LEAST_JUMP)
+    return [np.insert(np.asarray(each, float), places, np.nan) for each in (x, y, *others)]
 
 
 def _handles(

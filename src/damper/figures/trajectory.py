@@ -166,11 +166,14 @@ def _of(run: xr.Dataset) -> str:
 
 
 def time_label(place: xr.Dataset) -> str:
-    """Label of an axis of this time."""
+    """Label of an axis of this time; t0 is where the stretch begins, if not with the run."""
+    at_once = place.attrs.get("transient_periods") == 0 and not place.trajectory_start.values.any()
+    clock = "t" if at_once else "t - t_0"
     if _of(place):
-        return style.label("time", "$t - t_0$", units_of(place.trajectory_time.attrs))
+        return style.label("time", f"${clock}$", units_of(place.trajectory_time.attrs))
     frequency = style.SYMBOLS[stretches.forcing_frequency(place)]
-    return f"time $(t - t_0)/T$ (cycle $T$ = $2\\pi$/{frequency})"
+    over = f"({clock})/T" if " " in clock else f"{clock}/T"
+    return f"time ${over}$ (cycle $T$ = $2\\pi$/{frequency})"
 
 
 def shown_in(cube: xr.Dataset) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from damper.analysis.reduction import runs_over
 from damper.figures.common import style
 from damper.parameters.forcing import force_text
 from damper.parameters.lazy import Artist, Axes, Figure, xr
-from damper.parameters.quantities import quantities_in, unknown_name
+from damper.parameters.quantities import INITIAL_NAMES, quantities_in, unknown_name
 from damper.parameters.units import units_of
 
 #: Letters that fit in an inch of heading, of label, and of legend.
@@ -115,11 +115,13 @@ def head(
     coords = place.coords
     force = json.loads(place.attrs.get("forcing", "{}"))
     # The clock of what is given by its times says nothing.
-    clock = ("phase", "frequency_ratio", "forcing_frequency") if "of" in force else ()
+    hidden = ("phase", "frequency_ratio", "forcing_frequency") if "of" in force else ()
+    # The number of a draw is where it starts.
+    hidden = (*hidden, *INITIAL_NAMES) if "draw" in coords else hidden
     values = [
         place_text(place, name, coords[name].item())
         for name in (*quantities_in(coords), "direction", "draw")
-        if name in coords and coords[name].ndim == 0 and name not in clock
+        if name in coords and coords[name].ndim == 0 and name not in hidden
     ]
     if force:
         kind, *rest = force_text(force).split(", ")
@@ -154,7 +156,8 @@ def wrap(parts: Iterable[str], letters: float) -> str:
 
 def reductions(cube: xr.Dataset, settings: Any) -> list[str]:
     """Say for a heading how a figure's runs were reduced."""
-    remarks = [f"worst of {runs_over(cube, settings.worst)}"] if settings.worst else []
+    most = "most chatter" if getattr(settings, "variable", "") == "chatter" else "worst"
+    remarks = [f"{most} of {runs_over(cube, settings.worst)}"] if settings.worst else []
     if settings.choose:
         axes = " and ".join(style.SYMBOLS[name] for name in settings.choose)
         remarks.append(f"at each point the best {axes} of the grid")
@@ -205,6 +208,18 @@ def few_decades(ax: Axes) -> None:
             axis.set_major_locator(LogLocator(subs=steps))
             axis.set_major_formatter("{x:g}")
             axis.set_minor_formatter(NullFormatter())
+
+
+def jumps(heights: np.ndarray, times: float, least: float) -> np.ndarray:
+    """Numbers of the points to which a line jumps.
+
+    That is a step so many times as high as those beside it, and at least such a part of the line.
+    """
+    steps = np.abs(np.diff(heights))
+    beside = np.maximum(np.append(steps[1:], np.nan), np.insert(steps[:-1], 0, np.nan))
+    known = heights[np.isfinite(heights)]
+    lowest = least * (known.max() - known.min()) if known.size else 0.0
+    return 1 + np.flatnonzero((steps > times * beside) & (steps > lowest))
 
 
 def edges(values: np.ndarray) -> np.ndarray:

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from importlib import import_module
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from damper.parameters.lazy import Artist, Axes, xr
 
 
@@ -32,3 +34,16 @@ def draw_overlays(panels: Panels, theory: str | None, orbits: bool = False) -> I
     """Draw what these settings ask for; yield what the legend is to list."""
     for module in overlay_modules(theory, orbits):
         yield from import_module(module).overlay(panels)
+
+
+def reach(ax: Axes, values: np.ndarray) -> None:
+    """Widen the ordinate so that it shows some values as well."""
+    low, high = ax.get_ylim()
+    ends = (values.min(), values.max()) if values.size else (low, high)
+    if ax.get_yscale() == "log":
+        ax.set_ylim(min(low, ends[0] / 1.1), max(high, ends[1] * 1.1))
+        return
+    margin = 0.03 * (max(high, ends[1]) - min(low, ends[0]))
+    ax.set_ylim(
+        ends[0] - margin if ends[0] < low else low, ends[1] + margin if ends[1] > high else high
+    )

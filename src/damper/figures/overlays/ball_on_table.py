@@ -10,7 +10,7 @@ import numpy as np
 from damper.analysis.closed_forms import damper_at, dense
 from damper.figures.common.panels import legend_line
 from damper.figures.common.style import GREEN
-from damper.figures.overlays import Panels
+from damper.figures.overlays import Panels, reach
 from damper.parameters.lazy import Artist
 from damper.theory.ball_on_table import bounce
 
@@ -30,4 +30,5 @@ def overlay(panels: Panels) -> list[Artist]:
             break
         shown = [b.approach_speed * u.speed if b.stable else np.nan for b, u in found]
         axes["approach_speed"].plot(values, shown, **_CURVE)
+        reach(axes["approach_speed"], np.array([v for v in shown if v == v]))
     return [legend_line("one impact in $n$ periods, closed form: stable", **_CURVE)]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from damper.analysis.runs import runs
+from damper.figures.common.layout import jumps
 from damper.figures.common.panels import legend_line
 from damper.figures.common.style import BLACK, GREEN
 from damper.figures.overlays import Panels
@@ -17,6 +18,8 @@ _LINES: dict[bool, dict[str, Any]] = {
     True: {"color": GREEN, "lw": 1.4, "ls": "-", "zorder": 3.0},
     False: {"color": GREEN, "lw": 0.8, "ls": (0, (3.0, 1.2)), "zorder": 3.0},
 }
+#: A step is a jump if it is so many times as high as those beside it, and such a part of the line.
+_JUMP, _LEAST_JUMP = 5.0, 0.02
 #: Curves of special points, and the rim by which they are seen on every colour.
 _CURVE: dict[str, Any] = {"color": GREEN, "lw": 1.2}
 #: Kind of special point -> its marker.
@@ -54,7 +57,12 @@ def _branches(panels: Panels) -> list[Artist]:
                     # Unstable pieces reach to the stable ones.
                     reach = 0 if stable else 1
                     part = orbits.isel(orbit=slice(max(first - reach, 0), last + 1 + reach))
-                    ax.plot(part.value, part[name], **style)
+                    for column in part[name].values.reshape(part.sizes["orbit"], -1).T:
+                        # An impact passes the section there.
+                        places = jumps(column, _JUMP, _LEAST_JUMP)
+                        ax.plot(
+                            *(np.insert(a, places, np.nan) for a in (part.value, column)), **style
+                        )
                 text = "periodic motion, " + ("stable" if stable else "unstable")
                 drawn[text] = legend_line(text, **style)
             for kind, marker in _MARKERS.items():

@@ -11,7 +11,7 @@ import numpy as np
 from damper.analysis.closed_forms import admissible_orbits, damper_at, dense, section_point
 from damper.figures.common.panels import legend_line
 from damper.figures.common.style import BLACK, GREEN
-from damper.figures.overlays import Panels
+from damper.figures.overlays import Panels, reach
 from damper.parameters.lazy import Artist, Axes, xr
 from damper.study.settings import SECTIONS
 from damper.sweep.record import observers_of
@@ -66,7 +66,7 @@ def overlay(panels: Panels) -> list[Artist]:
                 shown = exists & (stable == is_stable) & (parts == side)
                 for branch in np.where(shown, points[..., column], np.nan).T:
                     ax.plot(values, branch, **style)
-        _reach(ax, points[stable, column])
+        reach(ax, points[stable, column])
     handles = _handles(bool(stable.any()), bool((exists & ~stable).any()))
     if along == "clearance" and "peak_displacement" in axes:
         handles += _mark_least(axes["peak_displacement"], panel, grid)
@@ -83,7 +83,7 @@ def _mark_least(ax: Axes, panel: xr.Dataset, grid: np.ndarray) -> list[Artist]:
         return []
     ax.plot(least.clearance, least.amplitude, **_LEAST)
     # The mark has a size of its own.
-    _reach(ax, np.array([0.9 * least.amplitude]))
+    reach(ax, np.array([0.9 * least.amplitude]))
     return [legend_line("least amplitude by the law of a light free mass", **_LEAST)]
 
 
@@ -94,19 +94,6 @@ def _side(orbit: Orbit, section: Mapping[str, Mapping[str, Any]]) -> float:
     at = section["stroboscopic_section"].get("at", 0.0)
     return math.copysign(
         1.0, math.sin(math.tau * at + orbit.parameters.phase - orbit.forcing_phase)
-    )
-
-
-def _reach(ax: Axes, values: np.ndarray) -> None:
-    """Widen the ordinate so that it shows some values as well."""
-    low, high = ax.get_ylim()
-    ends = (values.min(), values.max()) if values.size else (low, high)
-    if ax.get_yscale() == "log":
-        ax.set_ylim(min(low, ends[0] / 1.1), max(high, ends[1] * 1.1))
-        return
-    margin = 0.03 * (max(high, ends[1]) - min(low, ends[0]))
-    ax.set_ylim(
-        ends[0] - margin if ends[0] < low else low, ends[1] + margin if ends[1] > high else high
     )
 
 

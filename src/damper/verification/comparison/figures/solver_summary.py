@@ -58,7 +58,9 @@ def draw(results: Mapping[str, Any], settings: SolverSummary) -> Figure:
     shown, corners = np.vectorize(time_text)(times).astype(object), np.full_like(failed, "")
     shown[relative] = np.vectorize(short)(ratios)[relative]
     _cells(right, ratios.values, _RATIOS, shown, corners)
-    left.set_xlabel("smallest error of impact times / $\\sqrt{M/K}$\n(letters: failed otherwise)")
+    left.set_xlabel(
+        "smallest error of impact times / $\\sqrt{M/K}$\n(letters: how other settings failed)"
+    )
     right.set_xlabel(
         "time to errors of $10^{-6}$ in impact times, over\nthat of the engine, itself in µs"
     )
