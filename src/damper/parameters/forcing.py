@@ -13,7 +13,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, Literal, get_args
 
-from damper.parameters.quantity import Quantity, in_range, real, whole
+from damper.parameters.quantity import Quantity, finite, in_range, whole
 from damper.parameters.units import AMPLITUDES, FORCE, FREE
 
 #: Highest order of a harmonic: the engine has a place for each one below it.
@@ -173,7 +173,7 @@ class Harmonics(Forcing):
         )
         given = {
             name: tuple(
-                _finite(f"Harmonics.{name}[{k}]", value)
+                finite(f"Harmonics.{name}[{k}]", value)
                 for k, value in enumerate(_sequence(f"Harmonics.{name}", getattr(self, name)))
             )
             for name in ("amplitudes", "phases")
@@ -687,13 +687,6 @@ def _one_of(name: str, value: Any, names: Iterable[str]) -> None:
         from damper.parameters.quantities import unknown_name  # which is built on this module
 
         raise ValueError(str(unknown_name(name, value, names)))
-
-
-def _finite(name: str, value: Any) -> float:
-    number = real(name, value)
-    if not math.isfinite(number):
-        raise ValueError(f"{name} = {value!r}: must be a finite number")
-    return number
 
 
 def _sequence(name: str, values: Any) -> list[Any]:

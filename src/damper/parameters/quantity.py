@@ -137,6 +137,14 @@ def real(name: str, value: float) -> float:
         raise TypeError(f"{name} = {value!r}: must be a real number") from None
 
 
+def finite(name: str, value: float) -> float:
+    """Return a real number as float; ValueError with name and value where it is not finite."""
+    number = real(name, value)
+    if not math.isfinite(number):
+        raise ValueError(f"{name} = {value!r}: must be a finite number")
+    return number
+
+
 def whole(
     name: str, value: float, least: int, what: str = "whole number", most: float = math.inf
 ) -> int:

@@ -1,11 +1,10 @@
 """The state that a run starts from, and the quantities by which a study gives it."""
 
-import math
 from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass, fields
 from typing import Any
 
-from damper.parameters.quantity import Quantity, real
+from damper.parameters.quantity import Quantity, finite
 from damper.parameters.units import LENGTH, NO_UNITS, SPEED, Units
 
 
@@ -45,9 +44,9 @@ class State:
             of_each = field.name in ("y", "u") and hasattr(value, "__len__")
             if of_each and not isinstance(value, str | bytes | Mapping | Set):
                 names = (f"{field.name}[{k}]" for k in range(len(value)))
-                checked: Any = tuple(map(_finite, names, value))
+                checked: Any = tuple(map(finite, names, value))
             else:
-                checked = _finite(field.name, value)
+                checked = finite(field.name, value)
             object.__setattr__(self, field.name, checked)
 
     def of_each(self, count: int) -> tuple[list[float], list[float]]:
@@ -94,13 +93,6 @@ class State:
         )
         scaled.__dict__.update(_units=units, _over_units=self)
         return scaled
-
-
-def _finite(name: str, value: Any) -> float:
-    value = real(name, value)
-    if not math.isfinite(value):
-        raise ValueError(f"{name} = {value!r}: must be a finite number")
-    return value
 
 
 def _each(value: Any, scaled: Callable[[float], float]) -> Any:

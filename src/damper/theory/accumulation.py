@@ -27,7 +27,8 @@ from damper.models.rigid import Rigid
 from damper.models.walls import time_to_completion
 from damper.parameters import Parameters
 from damper.parameters.dampers import BASIC, need_known
-from damper.parameters.quantities import check_quantity, real
+from damper.parameters.quantities import check_quantity
+from damper.parameters.quantity import finite
 
 #: Longest time, in units of sqrt(M/K), over which a prediction follows the sticking flow.
 LONGEST = 1e6
@@ -88,8 +89,8 @@ def predict(
     """
     if side not in (-1, 1):
         raise ValueError(f"side = {side!r}: must be -1 (left wall) or 1 (right wall)")
-    t, x, v = _finite("time", time), _finite("x", x), _finite("v", v)
-    w = _finite("rebound_speed", rebound_speed)
+    t, x, v = finite("time", time), finite("x", x), finite("v", v)
+    w = finite("rebound_speed", rebound_speed)
     if w < 0.0:
         raise ValueError(f"rebound_speed = {rebound_speed!r}: must be a finite number >= 0")
     p = parameters
@@ -149,13 +150,6 @@ def predict_rest(model: Rigid, segment: Segment) -> Prediction:
     else:
         second = math.nan
     return Prediction(first, second, common * first, dx, error / first)
-
-
-def _finite(name: str, value: float) -> float:
-    number = real(name, value)
-    if not math.isfinite(number):
-        raise ValueError(f"{name} = {value!r}: must be a finite number")
-    return number
 
 
 def _check_inelastic(name: str, restitution: float) -> None:
