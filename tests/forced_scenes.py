@@ -29,7 +29,7 @@ MODELS: dict[str, dict[str, float]] = {
     "compliant": {"contact_stiffness_ratio": 3e3},
     "tension": {"contact_stiffness_ratio": 3e3, "contact_tension": 1},
     "time_varying": {"modulation_depth": 0.4, "modulation_order": 3, "modulation_phase": 1.0},
-    "sliding": {"friction": 0.05},
+    "sliding": {"friction": 0.02},
 }
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from event_pairs import assert_same
-from forced_scenes import assert_first_ones_agree
+from forced_scenes import MODELS, assert_first_ones_agree
 from scenes import QUIET
 
 from damper import Parameters, State, continue_orbit, events, periodic_orbit, simulate
@@ -20,14 +20,7 @@ from damper.verification.metamorphic.verdicts import PASSED
 from damper.verification.reference import exact_run
 
 #: What may be given beside walls that differ.
-BESIDES: dict[str, dict[str, float]] = {
-    "rigid": {},
-    "yielding": {"yield_speed": 0.2},
-    "grounded": {"support_stiffness_ratio": 0.05, "support_damping_ratio": 0.02},
-    "time_varying": {"modulation_depth": 0.3, "modulation_order": 2, "modulation_phase": 1.0},
-    "compliant": {"contact_stiffness_ratio": 3e3},
-    "tension": {"contact_stiffness_ratio": 3e3, "contact_tension": 1},
-}
+BESIDES = {name: values for name, values in MODELS.items() if name != "sliding"}
 each = pytest.mark.parametrize("name", BESIDES)
 IMPACT, STICK, RELEASE = 0, 1, 2
 #: Two impacts a period.

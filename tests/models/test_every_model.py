@@ -6,6 +6,7 @@ from importlib import import_module
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+import forced_scenes
 import numpy as np
 import pytest
 from event_pairs import log_of
@@ -37,13 +38,7 @@ from damper.parameters.forcing import Base, Harmonics, Record
 from damper.parameters.models import MODELS
 
 #: Model -> what makes it, beside SCENE; where impacts, sticking and releases happen.
-MADE: dict[str, dict[str, float]] = {
-    "rigid": {},
-    "grounded": {"support_stiffness_ratio": 0.05, "support_damping_ratio": 0.02},
-    "compliant": {"contact_stiffness_ratio": 1e5},
-    "tension": {"contact_stiffness_ratio": 1e5, "contact_tension": 1},
-    "time_varying": {"modulation_depth": 0.4, "modulation_order": 3, "modulation_phase": 1.0},
-    "sliding": {"friction": 0.02},
+MADE = forced_scenes.MODELS | {
     "several": {"unit_count": 3, "clearance_spread": 0.3},
     "several, sliding": {"unit_count": 3, "clearance_spread": 0.3, "friction": 0.02},
 }
