@@ -86,6 +86,14 @@ def blame(folder: Path, *given: str) -> str:
 run = plain(studies.cube_of)
 
 
+def simulated(said: str, **given: Any) -> xr.Dataset:
+    """The same runs without a study."""
+    observers = ["stroboscopic_section", "impacts", "response"]
+    return plain(damper.simulate)(
+        **given, forcing=SAID[said], transient=1, periods=4, observers=observers
+    )
+
+
 def same(one: xr.Dataset, other: xr.Dataset) -> None:
     assert set(one.data_vars) == set(other.data_vars)
     for name in other.data_vars:
@@ -101,15 +109,7 @@ def test_every_kind_is_here() -> None:
 def test_study_runs_as_simulate_does(tmp_path: Path, said: str) -> None:
     study = load(tmp_path, said)
     cube = run(study)
-    direct = plain(damper.simulate)(
-        **POINT,
-        clearance=[0.5, 1, 2],
-        forcing=SAID[said],
-        transient=1,
-        periods=4,
-        observers=["stroboscopic_section", "impacts", "response"],
-    )
-    same(cube, direct)
+    same(cube, simulated(said, **POINT, clearance=[0.5, 1, 2]))
     # It says the same after it was written out.
     (tmp_path / "again.yaml").write_text(study.to_yaml())
     assert load_study(tmp_path / "again.yaml").force == study.force
@@ -131,15 +131,7 @@ def test_si_units(tmp_path: Path, said: str, amplitude: float, unit: str) -> Non
     values = ", ".join(f"{name}: {value}" for name, value in given.items())
     study = load(tmp_path, said, text=SI_STUDY.replace("{}", values))
     cube = run(study)
-    direct = plain(damper.simulate)(
-        **given,
-        restitution=0.6,
-        gap=[0.02, 0.04],
-        forcing=SAID[said],
-        transient=1,
-        periods=4,
-        observers=["stroboscopic_section", "impacts", "response"],
-    )
+    direct = simulated(said, **given, restitution=0.6, gap=[0.02, 0.04])
     same(cube, direct)
     assert cube.force_amplitude.attrs["units"] == direct.force_amplitude.attrs["units"] == unit
     values = values.replace(f"force_amplitude: {amplitude}", "gravity: 0")
