@@ -387,7 +387,7 @@ damper.draw = (place) => {
   const direction = () => picks.direction ? data.axes.find((one) => one.name === "direction").values[at({ name: "direction" })] : data.direction;
   const where = () => [...new Set([...others.map((one) => one.name), x.name, ...(y ? [y.name] : [])])].map((name) => {
     const one = quantity[name];
-    return one ? `${one.label} ${show(scaled(name, values[name]))} ${pretty(one.units)}`.trim() : `${name} ${name === "direction" ? direction() : picks[name].value}`;
+    return one ? `${one.label.split(",")[0]} ${show(scaled(name, values[name]))} ${pretty(one.units)}`.trim() : `${name} ${name === "direction" ? direction() : picks[name].value}`;
   }).join(", ");
   const changed = () => data.parameters.filter((one) => {
     const pick = others.find((other) => other.name === one.name);

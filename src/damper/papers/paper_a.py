@@ -84,7 +84,7 @@ def _judge_a1(cubes: Cubes) -> Verdict:
         if near and share >= 0.9:
             held.append(label)
         else:
-            missed.append(f"{label} chatter {'has gaps' if near else f'ends at {found.high:.2g}'}")
+            missed.append(f"{label} chatter {'has gaps' if near else f'ends at {found.high:.3g}'}")
     measured = "the clearances with chatter, and the motions above them"
     fills = f"the range up to {CHATTER_UP_TO:g}"
     if not held:

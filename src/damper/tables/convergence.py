@@ -16,7 +16,7 @@ from damper.study.fields import Some, Text
 from damper.study.messages import Mistakes
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import join_names
-from damper.tables import Table, number, place_cells
+from damper.tables import Table, number, place_cells, with_units
 
 #: Axes of stiffness, in either system of units.
 STIFFNESSES = ("contact_stiffness_ratio", "contact_stiffness")
@@ -92,7 +92,8 @@ def make(results: Mapping[str, Any], settings: ConvergenceTable) -> Table:
     data = distance_to_rigid(cube, settings.variables, along)
     rows = []
     for place, group in data.groupby(["variable", *([lines] if lines else [])], sort=False):
-        row = {"variable": label_of(str(place[0]))}
+        name = str(place[0])
+        row = {"variable": with_units(label_of(name), cube[name])}
         row |= place_cells({lines: place[1]}) if lines else {}
         row["rigid value"] = f"{group['rigid_value'].iloc[0]:.9g}"
         for stiffness, distance in zip(group[along], group["distance"], strict=True):
