@@ -129,7 +129,34 @@ def test_rows_of_a_trajectory_keep_momentum_and_stay_in_the_boxes() -> None:
         )
 
 
-@pytest.mark.parametrize("name", ["bursts", "trajectory", "impact_section", "motion"])
+@plain
+def test_segments_of_all_masses_are_the_motion() -> None:
+    """Each has its own events; a run from the rows of one instant goes on as the whole one."""
+    cube = observed({"segments": {"bodies": [0, 1, 2], "periods": 4, "rows": 9999}})
+    rows = cube.isel(segment=np.isfinite(cube.segment_time.values[0]))
+    p = Parameters(**UNLIKE, masses=MASSES)
+    table, time = damper.events(p, START, until=4 * p.cycle), rows.segment_time.values[0]
+    for body in range(3):
+        here, own = rows.sel(body=body), table[table["body"] == body]
+        told = here.segment_cause.values >= 0
+        assert here.segment_cause.values[told].tolist() == own["kind"].tolist()
+        assert time[told] == pytest.approx(own["time"], abs=1e-14)
+        assert np.array_equal(here.segment_displacement.values[told], own["x"])
+    lasts = np.append(np.diff(time) > 0.01, False)
+    flies = (rows.segment_mode.values == 0).all(0) & (rows.segment_gap.values > 0.01).all(0)
+    [k, *_] = np.flatnonzero(lasts & flies)
+    at = rows.isel(segment=k)
+    side, x, v = at.segment_side.values, at.segment_displacement.values, at.segment_velocity.values
+    y = x + side * ([own.clearance for own in p.each] - at.segment_gap.values)
+    state = State(x[0], v[0], y, v - side * at.segment_gap_rate.values, time[k] % p.cycle)
+    found = damper.events(p, state, until=time[k] % p.cycle + 0.5)
+    later = table[table["time"] > time[k]][: len(found)]
+    assert len(found) > 0
+    assert found[["kind", "body", "side"]].tolist() == later[["kind", "body", "side"]].tolist()
+    assert found["time"] - state.time == pytest.approx(later["time"] - time[k], abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["bursts", "trajectory", "impact_section", "motion", "segments"])
 @plain
 def test_a_mass_has_to_be_chosen(name: str) -> None:
     with pytest.raises(ValueError, match=rf"^{name} observes one free mass, and there are 3: give"):

@@ -9,7 +9,7 @@ import numpy as np
 from damper.engine import segment as columns
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.base import Observer, Window
-from damper.observers.common.settings import Setting
+from damper.observers.common.settings import BODIES, Setting
 from damper.parameters.variables import LENGTH, SPEED, Variable
 from damper.parameters.variables import TIME as TIME_UNIT
 
@@ -39,9 +39,11 @@ class Segments(Observer):
     """The solution itself: every segment of the last periods of the record.
 
     The first segment is cut where the stretch begins, unless it is the closed rest of a burst.
-    Where there are too many, the first ones are missing.
+    Where there are too many, the first ones are missing. Of several free masses each has a
+    row for every event of any of them; the rows of all at one time hold the motion.
     """
 
+    bodies = BODIES
     periods = Setting(5, "Length of the stretch, at most the record's.", "cycles", ge=1)
     rows = Setting(200, "Most segments to keep.", ge=1, le=1_000_000)
 
@@ -61,7 +63,7 @@ class Segments(Observer):
         """Start on a run."""
         super().begin(run, trajectory, window)
         self._motion_in = trajectory.motion_in
-        self._rows = np.empty((0, columns.COLUMNS))
+        self._rows = np.empty((0, trajectory.columns))
 
     def observe(self, log: np.ndarray) -> None:
         """Keep what lies in the stretch."""
