@@ -17,3 +17,9 @@ def in_new_process(code: str, *options: str, **environment: str) -> Any:
     )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
+
+
+def modules_after(code: str, *options: str, **environment: str) -> set[str]:
+    """Names of all modules that are loaded once code has run in a new interpreter."""
+    show = "import json, sys\nprint(json.dumps(list(sys.modules)))"
+    return set(in_new_process(f"{code}\n{show}", *options, **environment))

@@ -1,7 +1,5 @@
 """One style, whatever the user's own settings, and files with the same bytes."""
 
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -9,6 +7,7 @@ import matplotlib as mpl
 import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from new_process import modules_after
 
 from damper.figures import draw
 from damper.figures.common import style
@@ -92,12 +91,7 @@ def test_unknown_kind_is_refused_with_the_known_ones() -> None:
 
 
 def test_drawing_needs_no_display_and_no_engine() -> None:
-    code = (
-        "import sys; "
-        "import damper.figures.bifurcation, damper.figures.map, damper.figures.curves, "
-        "damper.figures.trajectory; "
-        "print([m for m in ('matplotlib.pyplot', 'numba', 'damper.engine.trajectory', 'tkinter') "
-        "if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    kinds = ("bifurcation", "map", "curves", "trajectory")
+    loaded = modules_after("\n".join(f"import damper.figures.{kind}" for kind in kinds))
+    heavy = {"matplotlib.pyplot", "numba", "damper.engine.trajectory", "tkinter"}
+    assert not loaded & heavy

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from new_process import in_new_process
+from new_process import modules_after
 from scenes import GENERIC, SI
 
 from damper.parameters import Parameters, SIParameters, State
@@ -236,8 +236,7 @@ def test_state_errors() -> None:
 
 
 def test_parameters_load_no_numerics() -> None:
-    code = "import json, sys, damper.parameters.quantities\nprint(json.dumps(list(sys.modules)))"
-    loaded = set(in_new_process(code))
+    loaded = modules_after("import damper.parameters.quantities")
     assert not loaded & {"numpy", "numba", "pydantic", "damper.engine"}
 
 
