@@ -127,22 +127,6 @@ def test_value_that_is_no_number_is_refused(value: Any) -> None:
         simulate(**{**POINT, "restitution": value}, **SHORT)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"observers": ["noise"]}, "unknown observer 'noise'.*stroboscopic_section"),
-        ({"observers": ["impact_section", "stroboscopic_section"]}, "both write 'displacement'"),
-        ({"transient": -1}, "transient = -1"),
-        ({"periods": 0}, "periods = 0"),
-        ({"state": State(0.0, 0.0, 1.0, 0.0)}, "outside the box"),
-    ],
-    ids=str,
-)
-def test_settings_out_of_range_are_refused(change: dict[str, Any], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        simulate(**{**POINT, **SHORT, **change})
-
-
 def test_arguments_are_the_quantities_and_the_settings() -> None:
     first, *parameters = inspect.signature(simulate).parameters
     assert first == "parameters"

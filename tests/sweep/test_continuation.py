@@ -210,15 +210,6 @@ def test_single_value_starts_as_usual() -> None:
         assert cube.sel(direction=direction).drop_vars("direction").equals(alone)
 
 
-def test_progress_counts_every_run() -> None:
-    done: list[int] = []
-    points = [{**SCENE, "clearance": d} for d in (1.0, 2.0, 3.0, 4.0)]
-    run = {"transient": 0, "periods": 1, "progress": lambda number, _: done.append(number)}
-    arrays, _ = run_points(points, ["impacts"], predecessor=[1, 2, -1, -1], **run)
-    assert done == [1, 2, 3, 4]
-    assert not np.isnan(arrays["impacts_per_period"]).any()
-
-
 # --- a predecessor that stops
 
 

@@ -194,11 +194,11 @@ def test_start_is_the_state_given() -> None:
     assert arrays["velocity"][0, 0] == 0.1
 
 
-def test_progress_counts_runs() -> None:
+@pytest.mark.parametrize("after", [None, [1, 2, -1, -1, 3, -1]])
+def test_progress_counts_runs(after: list[int] | None) -> None:
     done: list[tuple[int, int]] = []
-    run_points(
-        POINTS, ["impacts"], transient=0, periods=1, progress=lambda *number: done.append(number)
-    )
+    run = {"transient": 0, "periods": 1, "progress": lambda *number: done.append(number)}
+    run_points(POINTS, ["impacts"], predecessor=after, **run)
     assert done == [(1, 6), (2, 6), (3, 6), (4, 6), (5, 6), (6, 6)]
 
 
@@ -355,11 +355,6 @@ def test_refusals_come_before_anything_is_run(change: dict[str, Any], message: s
     with pytest.raises(ValueError, match=message):
         run_points(**arguments)
     assert done == []
-
-
-def test_misspelt_parameter_is_refused() -> None:
-    with pytest.raises(TypeError, match="restituton"):
-        run_points([{**POINT, "restituton": 0.5}], ["impacts"], transient=0, periods=1)
 
 
 def test_whole_numbers_may_be_floats() -> None:
