@@ -20,9 +20,7 @@ from damper.parameters.units import attributes_of
 from damper.study.config import load_config
 from damper.study.estimate import estimate
 from damper.sweep.branches import draw
-from damper.sweep.cube import CONVENTIONS, gather, write_cube
-from damper.sweep.parts import read_part, write_part
-from damper.sweep.slices import simulate_slice
+from damper.sweep.cube import CONVENTIONS, write_cube
 
 SCENE: dict[str, Any] = GENERIC | {"clearance": 0.5, "phase": 0.2}
 SEEN: dict[str, Any] = {"stroboscopic_section": {"free_mass": True}, "impacts": {}, "bursts": {}}
@@ -149,23 +147,6 @@ def test_draws_go_with_a_steady_start() -> None:
     np.testing.assert_allclose(apart, 0.5 * cube.initial_position, atol=1e-15)
 
 
-def test_draws_through_slices_and_files(tmp_path: Path) -> None:
-    """However the study is cut into jobs, each has the same draws."""
-    fan = ("phase", "frequency_ratio")
-    axes = {"frequency_ratio": [0.8, 1.1], "phase": [0.0, 1.0]}
-    fixed = {name: value for name, value in REST.items() if name not in axes}
-    parts = []
-    for place in itertools.product(*(axes[name] for name in fan)):
-        part = simulate_slice(fixed | dict(zip(fan, place, strict=True)), {}, draws=DRAWS, **RUN)
-        assert part.about["branches"] == {"draw": [0, 1, 2, 3]}
-        write_part(part, tmp_path / "a.npz")
-        parts.append(read_part(tmp_path / "a.npz"))
-    cube = gather(parts, axes, fan, fixed, {})
-    whole = simulate(**fixed, **axes, **RUN, draws=DRAWS)
-    for name in whole.variables:
-        xr.testing.assert_identical(cube[name].variable, whole[name].variable)
-
-
 def test_numpy_numbers_will_do() -> None:
     """As they do for every parameter."""
     plain = simulate(**REST, **RUN, draws=DRAWS)
@@ -273,22 +254,23 @@ def test_draws_of_a_study(tmp_path: Path) -> None:
 
 @plain
 def test_jobs_that_share_the_draws_make_the_same_cube(tmp_path: Path) -> None:
-    """With directions of a continuation, a fanned axis, and noise of each draw."""
+    """With directions of a continuation, an axis that is fanned, and noise of each draw."""
     noise = "{kind: noise, seed: draw, step: 0.4, duration: 60, band: [0.2, 1.5]}"
     text = STUDY.replace("[0.5, 1, 2]", "[0.5, 1], follow: both").replace("phase", "restitution")
     text += "draws: {count: 5, seed: 1, mass_ratio: [0.05, 0.2]}\nforcing: " + noise
     text = text.replace("  mass_ratio: 0.1\n", "", 1)
-    text = text.replace("axes:\n", "axes:\n  initial_position: {values: [-1, 1], fan: true}\n")
+    text = text.replace("axes:\n", "axes:\n  initial_position: {values: [-1, 1], fan: FAN}\n")
     cubes = []
-    for jobs in (1, 3):
-        study = load(tmp_path, f"{text}\njobs: {jobs}\n")
-        assert len(study.parts(ENGINE)) == 2 * jobs
+    for fan, jobs, parts in (("false", 1, 1), ("true", 1, 2), ("true", 3, 6)):
+        study = load(tmp_path, f"{text.replace('FAN', fan)}\njobs: {jobs}\n")
+        assert len(study.parts(ENGINE)) == parts
         cubes.append(cube_of(study))
         cubes[-1].attrs.pop("study")
     assert estimate(study).slices == 6
     assert cubes[0].sizes["draw"] == 5
     assert len(set(cubes[0].noise_seed.values)) == 5
-    xr.testing.assert_identical(*cubes)
+    for other in cubes[1:]:
+        xr.testing.assert_identical(cubes[0], other)
 
 
 def test_a_drawn_quantity_decides_the_model(tmp_path: Path) -> None:
