@@ -9,13 +9,17 @@ import tempfile
 import time
 from typing import Any, Self
 
+import pytest
+
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
 
 
 class Browser:
-    """One page, with what it wrote to the console in `errors`."""
+    """One page, with what it wrote to the console in `errors`; skips where there is no browser."""
 
     def __init__(self, url: str, width: int = 1280, height: int = 900) -> None:
+        if CHROMIUM is None:
+            pytest.skip("no Chromium is installed")
         self.errors: list[str] = []
         self._asked = 0
         to_browser, self._to = os.pipe()
@@ -25,7 +29,7 @@ class Browser:
         # The protocol's pipes are 3 and 4 of the browser.
         pipes = [fcntl.fcntl(pipe, fcntl.F_DUPFD, 10) for pipe in (to_browser, from_browser)]
         self._process = subprocess.Popen(
-            [str(CHROMIUM), *options.split(), f"--user-data-dir={self._folder.name}"],
+            [CHROMIUM, *options.split(), f"--user-data-dir={self._folder.name}"],
             pass_fds=(3, 4),
             preexec_fn=lambda: [os.dup2(pipe, fd) for fd, pipe in zip((3, 4), pipes, strict=True)],
             stdout=subprocess.DEVNULL,

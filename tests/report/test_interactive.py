@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from browser import CHROMIUM, Browser
+from browser import Browser
 
 import damper
 from damper.report.interactive import interactive, script_of
@@ -164,8 +164,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def browser(folder: Path) -> Iterator[Browser]:
-    if CHROMIUM is None:
-        pytest.skip("no Chromium is installed")
     with Browser((folder / "report.html").as_uri()) as browser:
         browser.value("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
         for name in SETTINGS:
@@ -177,6 +175,28 @@ def browser(folder: Path) -> Iterator[Browser]:
 
 def figure(name: str) -> str:
     return f"document.querySelector('[data-figure=\"study/interactive/{name}\"]')"
+
+
+def enter(browser: Browser, name: str, value: str, field: str = ".sliders input") -> None:
+    """Write a value into a field of a figure: that of its first slider unless told."""
+    browser.value(
+        f"""(() => {{
+            const field = {figure(name)}.querySelector({field!r});
+            field.value = "{value}";
+            field.dispatchEvent(new Event("input"));
+        }})()"""
+    )
+
+
+def follow(browser: Browser, name: str, direction: int) -> None:
+    """Choose the direction of a branch: 0 upwards, 1 downwards."""
+    browser.value(
+        f"""(() => {{
+            const pick = [...{figure(name)}.querySelectorAll('.controls select')].at(-1);
+            pick.value = {direction};
+            pick.dispatchEvent(new Event("change"));
+        }})()"""
+    )
 
 
 def said(browser: Browser, name: str, text: str) -> str:
@@ -227,13 +247,7 @@ def test_the_free_mass_moves_until_it_is_paused(browser: Browser) -> None:
 
 
 def test_a_link_leads_to_what_was_chosen(folder: Path, browser: Browser) -> None:
-    browser.value(
-        f"""(() => {{
-            const field = {figure("diagram")}.querySelector('.sliders input');
-            field.value = "0.45";
-            field.dispatchEvent(new Event("input"));
-        }})()"""
-    )
+    enter(browser, "diagram", "0.45")
     shown = said(browser, "diagram", "0.45")
     browser.wait("location.hash.includes('restitution=0.45')")
     link = browser.value("location.href")
@@ -244,8 +258,6 @@ def test_a_link_leads_to_what_was_chosen(folder: Path, browser: Browser) -> None
 
 
 def test_an_address_that_leads_nowhere_says_so(folder: Path) -> None:
-    if CHROMIUM is None:
-        pytest.skip("no Chromium is installed")
     page = (folder / "report.html").as_uri()
     with Browser(f"{page}#stdy/tables/t") as browser:
         lost = "document.querySelector('#lost').textContent"
@@ -285,16 +297,8 @@ def test_what_is_copied_runs_the_same(browser: Browser, tmp_path: Path) -> None:
 def test_a_followed_point_is_that_of_its_branch(browser: Browser) -> None:
     cube, _ = made("branch")
     for number, direction in enumerate(("up", "down")):
-        browser.value(
-            f"""(() => {{
-                const one = {figure("branch")}, field = one.querySelector('.sliders input');
-                const pick = [...one.querySelectorAll('.controls select')].at(-1);
-                pick.value = {number};
-                pick.dispatchEvent(new Event("change"));
-                field.value = "1.015";
-                field.dispatchEvent(new Event("input"));
-            }})()"""
-        )
+        follow(browser, "branch", number)
+        enter(browser, "branch", "1.015")
         shown = said(browser, "branch", f"{direction}, frequency ratio 1.015")
         history = f"{figure('branch')}.querySelector('.history')"
         browser.wait(f"{history}.getAttribute('aria-label') === {'Time history: ' + shown!r}")
@@ -314,13 +318,7 @@ def test_what_takes_long_begins_with_the_first_cycles_and_moves_after_each_choic
         f"{run}.transient = 20000, damper.figures['study/interactive/branch'].ends = {{}}"
     )
     for value in ("1.01", "1.02"):
-        browser.value(
-            f"""(() => {{
-                const field = {one}.querySelector('.sliders input');
-                field.value = "{value}";
-                field.dispatchEvent(new Event("input"));
-            }})()"""
-        )
+        enter(browser, "branch", value)
         browser.wait(f"{one}.querySelector('.said').textContent.startsWith('Computing')")
         began = browser.value(f"{one}.querySelector('.said').textContent")
         end = {"up": "1", "down": "1.02"}[began.split("direction ")[1].split(",")[0]]
@@ -345,17 +343,8 @@ def test_a_steady_start_at_resonance_needs_damping(browser: Browser) -> None:
     data = "damper.figures['study/interactive/branch']"
     browser.value(f"{data}.steady = true")
     for damping, words in (("0", "no steady response at resonance"), ("0.02", "direction")):
-        browser.value(
-            f"""(() => {{
-                const one = {figure("branch")};
-                const pick = [...one.querySelectorAll('.controls select')].at(-1);
-                pick.value = 0; // upwards, from a frequency ratio of 1
-                pick.dispatchEvent(new Event("change"));
-                const field = one.querySelector('input[aria-label^="damping ratio"]');
-                field.value = "{damping}";
-                field.dispatchEvent(new Event("input"));
-            }})()"""
-        )
+        follow(browser, "branch", 0)  # upwards, from a frequency ratio of 1
+        enter(browser, "branch", damping, 'input[aria-label^="damping ratio"]')
         said(browser, "branch", words)
     browser.value(f"{data}.steady = false")
 
@@ -388,8 +377,6 @@ def test_search_and_sorting(browser: Browser) -> None:
 
 
 def test_a_narrow_page_does_not_scroll_sideways(folder: Path) -> None:
-    if CHROMIUM is None:
-        pytest.skip("no Chromium is installed")
     with Browser((folder / "report.html").as_uri() + "#study", 420, 900) as browser:
         browser.value(f"{figure('map')}.scrollIntoView()")
         browser.wait(f"{figure('map')}.querySelectorAll('.runs .main-svg').length > 5")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import CHROMIUM, Browser
+from browser import Browser
 
 import damper
 from damper.observers.motion import in_words
@@ -49,8 +49,6 @@ def points() -> list[tuple[dict[str, float], tuple[float, ...]]]:
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    if CHROMIUM is None:
-        pytest.skip("no Chromium is installed")
     page = tmp_path_factory.mktemp("page") / "page.html"
     page.write_text(f"<meta charset=utf-8><script>{SCRIPT.read_text()}{RUN}</script>")
     with Browser(page.as_uri()) as browser:
