@@ -106,7 +106,10 @@ def main(arguments: list[str] | None = None) -> int:
         try:
             after = renewed(before, given.results)
         except (OSError, ValueError) as error:
-            print(f"{path}: {error}; make the results first", file=sys.stderr)
+            reason = str(error)
+            if isinstance(error, FileNotFoundError):
+                reason = f"{error.filename}: there is no such file"
+            print(f"{path}: {reason}; make the results first", file=sys.stderr)
             return 1
         if given.check:
             for line, shown, made in differences(before, after):

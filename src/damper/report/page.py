@@ -194,13 +194,14 @@ def typeset(text: str) -> str:
 
     Examples
     --------
-    >>> str(typeset("2 F0/sqrt(K M) < 1"))
-    '2 F<sub>0</sub>/√(KM) &lt; 1'
+    >>> str(typeset("2 F0/sqrt(K M) < d^(1/4)"))
+    '2 F<sub>0</sub>/√(KM) &lt; d<sup>1/4</sup>'
     """
     from markupsafe import Markup, escape
 
     html = str(escape(text)).replace("sqrt(K M)", "√(KM)").replace("sqrt", "√")
     html = re.sub(r"\bF0\b", "F<sub>0</sub>", html)
+    html = re.sub(r"\^\((\d/\d)\)", r"<sup>\1</sup>", html)
     return Markup(re.sub(r"\^(\d)|(?<=m/s)(2)\b", r"<sup>\1\2</sup>", html))
 
 

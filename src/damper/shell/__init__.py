@@ -163,7 +163,7 @@ class _DesignCommand(click.Command):
 def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> None:
     """Size the damper of MACHINE for the worst case.
 
-    MACHINE is a YAML file; what is given by options counts in place of what it says. All is in SI
+    MACHINE is a YAML file; options override what it says. All is in SI
     units, and frequencies are in Hz. With --output a page, its figures and the studies behind all
     numbers are written.
 
