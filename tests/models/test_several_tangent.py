@@ -45,7 +45,7 @@ CASES = [(kind, 0) for kind in KINDS]
 CASES += [
     pytest.param(kind, block, marks=pytest.mark.exhaustive)
     for kind in KINDS
-    for block in range(1, 60)
+    for block in range(1, 20)
 ]
 
 

@@ -101,6 +101,38 @@ def test_on_a_motion_with_dry_friction_they_are_its_multipliers(rests: bool) -> 
         assert abs(float(cube.lyapunov_residual)) < 1e-9
 
 
+@pytest.mark.parametrize("rests", [False, True])
+@plain
+def test_so_they_are_of_several_masses_that_rub(rests: bool) -> None:
+    """With two impacts of each and reversals; where both rest as well."""
+    own = [{}, {"mass_ratio": 0.26, "clearance": 1.3, "friction": 0.23}]
+    p = Parameters(0.13, 0.084, 0.83, 2.9, 0.54, friction=0.37, masses=own)
+    near = State(-3.91, -0.28, [-4.47, -5.12], [-2.87, 1.63]) if rests else None
+    if not rests:
+        own = [{"friction": 0.02}, {"mass_ratio": 0.09, "clearance": 3.6, "friction": 0.03}]
+        p = Parameters(0.1, 0.1, 1.0, 3.0, 0.5, gravity=0.05, masses=own)
+    orbit = damper.periodic_orbit(p, state=near)
+    ask = {"lyapunov": {"exponents": 6}}
+    cube = damper.simulate(p, state=orbit.state, transient=0, periods=100, observers=ask)
+    known = np.log(np.maximum(abs(orbit.multipliers), 1e-300))
+    last = 4 if rests else 6
+    np.testing.assert_allclose(cube.lyapunov_exponents[:last], known[:last], atol=0.1)
+    assert (cube.lyapunov_exponents[last:] == -np.inf).all()
+    if not rests:
+        assert abs(float(cube.lyapunov_residual)) < 1e-9
+
+
+@plain
+def test_masses_in_step_that_rest_but_do_not_hit() -> None:
+    """Friction keeps their places apart, and not their velocities."""
+    p = Parameters(0.1, 0.1, 0.8, 9.0, 0.5, friction=1.5, unit_count=2)
+    ask = {"lyapunov": {"exponents": 6}}
+    cube = damper.simulate(p, transient=4, periods=10, observers=ask)
+    assert 0.0 in cube.lyapunov_exponents
+    assert (cube.lyapunov_exponents[-2:] == -np.inf).all()
+    assert damper.periodic_orbit(p).multipliers[[0, 1, 4, 5]] == pytest.approx([1, 1, 0, 0])
+
+
 @pytest.mark.parametrize("tension", [0, 1])
 def test_volumes_shrink_by_the_dashpot_of_compliant_walls(tension: int) -> None:
     """All four exponents are finite: the masses never join."""

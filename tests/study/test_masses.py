@@ -122,11 +122,13 @@ orbits: {a: {along: clearance_1, start: 3.5, max_orbits: 2}}
 """
 
 
+@pytest.mark.parametrize("friction", ["", "friction: 0.05, "])
 @plain
-def test_orbits_along_a_quantity_of_one_mass(tmp_path: Path) -> None:
+def test_orbits_along_a_quantity_of_one_mass(tmp_path: Path, friction: str) -> None:
     """That at the start is on the section of the study's runs."""
-    study = load(tmp_path, ORBITS)
-    assert SCHEMA.is_valid(yaml.safe_load(ORBITS))
+    text = ORBITS.replace("gravity: 0.05", f"{friction}gravity: 0.05")
+    study = load(tmp_path, text)
+    assert SCHEMA.is_valid(yaml.safe_load(text))
     entries = {name: {"settle": 100, **entry.model_dump()} for name, entry in study.orbits.items()}
     found = follow_orbits(entries, study.fixed, study.axis_values, masses=len(study.masses))
     at = int(np.flatnonzero(found.value == 3.5)[0])

@@ -108,20 +108,39 @@ UNLIKE = Parameters(
 )
 
 
-@pytest.mark.parametrize(
-    ("units", "names"),
-    [
-        (1, ["clearance", "clearance_1", "mass_ratio_0", "restitution_1", "gravity_0"]),
-        (2, ["gap_1", "free_mass_1", "stiffness", "gravity_1", "force_amplitude"]),
-    ],
-    ids=["dimensionless", "SI"],
+#: With dry friction: both rest off the walls, slide both ways, and move each other.
+BOTH_REST = Parameters(
+    mass_ratio=0.13,
+    damping_ratio=0.084,
+    frequency_ratio=0.83,
+    clearance=2.8,
+    restitution=0.54,
+    friction=0.37,
+    masses=[{}, {"mass_ratio": 0.26, "clearance": 1.3, "friction": 0.23}],
 )
-def test_sensitivity_of_several_masses(units: int, names: list[str]) -> None:
+#: Near its motion.
+NEAR = State(-3.91, -0.28, [-4.47, -5.12], [-2.87, 1.63])
+
+
+@pytest.mark.parametrize(
+    ("p", "word", "names"),
+    [
+        (UNLIKE, "R1 L1 | R1 L1", ["clearance", "clearance_1", "mass_ratio_0", "restitution_1"]),
+        (
+            SIParameters.of(UNLIKE, 2.0, 200.0, 10.0),
+            "R1 L1 | R1 L1",
+            ["gap_1", "free_mass_1", "stiffness", "gravity_1", "force_amplitude"],
+        ),
+        (BOTH_REST, "R1 L1 | R2 L2", ["friction", "friction_1", "clearance_1", "mass_ratio_1"]),
+    ],
+    ids=["dimensionless", "SI", "dry friction"],
+)
+def test_sensitivity_of_several_masses(
+    p: Parameters | SIParameters, word: str, names: list[str]
+) -> None:
     """By what all have, and by what one of them has of its own or takes from all."""
-    p = UNLIKE if units == 1 else SIParameters.of(UNLIKE, 2.0, 200.0, 10.0)
-    orbit = periodic_orbit(p)
-    assert orbit.stable
-    assert orbit.word == "R1 L1 | R1 L1"
+    orbit = periodic_orbit(p, state=NEAR if p == BOTH_REST else None)
+    assert orbit.word == word
     for name in names:
         value = value_of(p, name)
 
@@ -131,6 +150,28 @@ def test_sensitivity_of_several_masses(units: int, names: list[str]) -> None:
         known = five_points(beside, 3e-4 * (value or 1.0))
         found = plain(orbit.sensitivity)(name)
         np.testing.assert_allclose(found, known, rtol=0, atol=1e-7 * abs(known).max(), err_msg=name)
+
+
+@pytest.mark.parametrize(("clearance", "vanish"), [(2.9, 2), (2.8, 1)])
+def test_rests_of_two_masses(clearance: float, vanish: int) -> None:
+    """At the same time they take two directions, one after the other one."""
+    orbit = periodic_orbit(replace(BOTH_REST, clearance=clearance), state=NEAR)
+    happens = set(zip(orbit.events["kind"].tolist(), orbit.events["body"].tolist(), strict=True))
+    assert happens == {(kind, body) for kind in (0, 4, 5, 6) for body in (0, 1)}
+    assert np.count_nonzero(abs(orbit.multipliers) < 1e-12) == vanish
+
+
+def test_sensitivity_from_no_friction_of_several_masses() -> None:
+    """One-sided differences, of runs with the events of friction."""
+    orbit = periodic_orbit(UNLIKE)
+    for name in ("friction", "friction_1"):
+        at = [
+            periodic_orbit(with_values(UNLIKE, {name: 1e-4 * k}), state=orbit.state).start
+            for k in range(5)
+        ]
+        known = np.dot([-25.0, 48.0, -36.0, 16.0, -3.0], at) / 12e-4
+        found = plain(orbit.sensitivity)(name)
+        np.testing.assert_allclose(found, known, rtol=0, atol=1e-7 * abs(known).max())
 
 
 def test_masses_in_step_are_sensitive_as_one() -> None:
@@ -205,6 +246,26 @@ def after_a_period(orbit: damper.PeriodicOrbit, deviation: np.ndarray) -> np.nda
     run.skip(1.0)
     end = run.state_at(1.0)
     return np.array([end.x, end.v, end.y, end.u])
+
+
+@pytest.mark.parametrize("name", RUBBING)
+def test_a_list_of_masses_that_rub_is_the_damper_with_friction(name: str) -> None:
+    """One of them; two in step, of which what parts them has no bounds."""
+    alone = periodic_orbit(RUBBING[name])
+    x, v, y, u = alone.start
+    for masses in ([{}], [{"mass_ratio": 0.03}, {"mass_ratio": 0.07}]):
+        count = len(masses)
+        start = State(x, v, [y] * count, [u] * count)
+        orbit = periodic_orbit(replace(RUBBING[name], masses=masses), state=start)
+        np.testing.assert_allclose(orbit.derivative[:4, :4], alone.derivative, atol=1e-12)
+        np.testing.assert_allclose(orbit.multipliers[-4:], alone.multipliers, atol=1e-12)
+        assert np.isinf(orbit.multipliers[:-4]).all()
+        for quantity in ("friction", "clearance", "frequency_ratio"):
+            known = alone.sensitivity(quantity)[[0, 1, *[2, 3] * count]]
+            found = orbit.sensitivity(quantity)
+            np.testing.assert_allclose(found, known, atol=1e-9 * abs(known).max())
+    with pytest.raises(ValueError, match=r"^friction_1 parts the masses 0 and 1, which move in"):
+        orbit.sensitivity("friction_1")
 
 
 @pytest.mark.parametrize(("clearance", "friction"), [(5.0, 0.0), (1.0, 0.5)])
