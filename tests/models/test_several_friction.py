@@ -274,6 +274,21 @@ def test_no_tail_is_closed_while_another_slide_ends(speed: float, held: float) -
         assert tail.time > stop["time"]
 
 
+@plain
+def test_a_tail_is_closed_while_the_opposite_wall_holds_another() -> None:
+    """It slips off at 2 (gravity - 0.92), by the balance of forces on the way out of a bounce."""
+    for gravity, closed in ((0.95, True), (0.9215, False)):
+        p = damper_of({}, {"friction": 0.1, "gravity": gravity}, friction=0.3, restitution=0.6)
+        state = State(1.0, 0.5, [6.0, -4.0], [0.51, 0.5])
+        table = events(p, state, until=0.1, accuracy=1e-3)
+        if closed:
+            assert told(table) == [(STICK, 1, -1), (IMPACT, 0, 1), (STICK, 0, 1)]
+        else:
+            assert told(table)[:3] == [(STICK, 1, -1), (IMPACT, 0, 1), (RELEASE, 1, -1)]
+            assert table["time"][2] == pytest.approx(2.0 * (gravity - 0.92), rel=1e-3)
+        assert len(tails_in(p, state, 1e-3)) == closed
+
+
 @pytest.mark.parametrize("friction", [0.3, 0.0])
 @plain
 def test_energy_in_any_part_of_a_tail(friction: float) -> None:
