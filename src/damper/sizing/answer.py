@@ -327,20 +327,15 @@ def _decay_numbers(cube: xr.Dataset, envelope: xr.Dataset, m: Machine) -> dict[s
     alone = built.iloc[0] * np.exp(-m.damping_ratio * m.rate * time)
     return {
         "response": pd.DataFrame({"time": time, "without": alone, "as_built": built}),
-        "worst": float(_worst(times)),
-        "as_built": float(_worst(_as_built(times))),
-        "tolerances": _tolerances(times, m),
+        **_cases(times, m),
     }
 
 
 def _record_numbers(cube: xr.Dataset, history: xr.Dataset, judge: Judge) -> dict[str, Any]:
-    import pandas as pd
-
     m = judge.machine
     sizes = cube[m.measured[0]]
     over = _worst(sizes, "force_amplitude") / sizes.force_amplitude / _without(judge, [])[0]
     cube = cube.sel(force_amplitude=1.0)
-    times = cube[m.measured[0]]
     names = {
         "time": "trajectory_time",
         "without": "trajectory_alone",
@@ -349,13 +344,11 @@ def _record_numbers(cube: xr.Dataset, history: xr.Dataset, judge: Judge) -> dict
     table = pd.DataFrame({name: history[variable].values for name, variable in names.items()})
     return {
         "response": table.dropna().reset_index(drop=True),
-        "worst": float(_worst(times)),
-        "as_built": float(_worst(_as_built(times))),
+        **_cases(cube[m.measured[0]], m),
         "weak_ratio": float(over[0]),
         "strong_ratio": float(over[2]),
         "impact_rate": float(cube.impacts_per_period.max()) * m.rate / math.tau,
         "approach_speed": float(cube.max_approach_speed.max()),
-        "tolerances": _tolerances(times, m),
     }
 
 
@@ -365,6 +358,15 @@ def _as_built(array: xr.DataArray, but: str = "") -> xr.DataArray:
         if name in array.dims and name != but:
             array = array.isel({name: 1})
     return array
+
+
+def _cases(array: xr.DataArray, m: Machine) -> dict[str, Any]:
+    """The worst case of what counts, without tolerances as well, and with one at a time."""
+    return {
+        "worst": float(_worst(array)),
+        "as_built": float(_worst(_as_built(array))),
+        "tolerances": _tolerances(array, m),
+    }
 
 
 def _tolerances(array: xr.DataArray, m: Machine) -> pd.DataFrame | None:
@@ -411,7 +413,6 @@ def _band_numbers(cube: xr.Dataset, sweep: xr.Dataset, judge: Judge) -> dict[str
 
 def _motions(cube: xr.Dataset) -> pd.DataFrame:
     """Where random starts lead to, how often, and how far the machine moves there."""
-
     from damper.analysis.basins import basin_fractions
     from damper.analysis.motions import attractors
 
@@ -465,8 +466,6 @@ def _changes(
     judge: Judge, damper: Sizes, frequency: float, orbit: Any, studies: dict[str, Any]
 ) -> dict[str, Any]:
     """What a little more of each quantity changes; a study is added where runs say so."""
-    import pandas as pd
-
     m, slopes = judge.machine, {}
     variable, _, words = m.measured
     if orbit and variable == "peak_displacement":
