@@ -34,8 +34,8 @@ def require(
 
 
 def values_of(parameters: Mapping[str, Fixed]) -> dict[str, float]:
-    """Return the value of every quantity that is given."""
-    return {name: parameters[name].value for name in ALL if name in parameters}
+    """Return the value of every quantity that is given, in its own unit."""
+    return {name: parameters[name].number for name in ALL if name in parameters}
 
 
 def models_of(names: Iterable[str]) -> tuple[str, ...]:

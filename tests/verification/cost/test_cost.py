@@ -3,16 +3,19 @@
 import csv
 import io
 import json
+import math
 
 import numpy as np
 import pytest
 from figures.drawing import assert_nothing_overlaps, drawn_by
 from scenes import GENERIC as BASE
+from scenes import SI
 
 from damper.engine.compiled import plain
 from damper.verification.cost import measure as measuring
 from damper.verification.cost.figures import cost
 from damper.verification.cost.measure import bare, measure, observed, points_near, rigid_part
+from damper.verification.cost.settings import Case
 from damper.verification.cost.tables.cost import CostTable, make
 
 CHATTERING = BASE | {"frequency_ratio": 0.2, "clearance": 0.25, "restitution": 0.3}
@@ -59,6 +62,12 @@ def test_ratios_are_taken_within_a_repeat_and_per_event(timings):
     assert [name for name in cases if "over_rigid" in cases[name]] == ["grounded"]
     # Displacement and velocity of each period of each run, and the status of each run.
     assert cases["observed"]["arrays"] == 2 * (2 * 30 * 8 + 1)
+
+
+def test_a_frequency_in_hertz_is_one():
+    fast = SI | {"forcing_frequency": {"value": 2.0, "unit": "Hz"}}
+    found = Case.model_validate({"parameters": fast}).settings()["parameters"]
+    assert found == SI | {"forcing_frequency": 4.0 * math.pi}
 
 
 def test_runs_differ_and_lie_about_the_scene():

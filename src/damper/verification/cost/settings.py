@@ -110,7 +110,7 @@ class Cost(Verification):
         found = {}
         for name, case in self.cases.items():
             parameters = case.parameters.items()
-            values = ", ".join(f"{label_of(key)} {one.value:g}" for key, one in parameters)
+            values = ", ".join(f"{label_of(key)} {one.number:g}" for key, one in parameters)
             observers = ", ".join(map(label_of, case.observers)) or "no observer"
             driven = force_text(case.forcing.settings)
             found[f"case {label_of(name)}"] = f"{values}; {driven}; {observers}"
