@@ -162,8 +162,10 @@ def box(
     ax.set_ylim(-0.5, 4.5)
 
 
-def _write(ax: Axes, x: float, y: float, text: str, vertical: str = "center") -> None:
-    ax.text(x, y, text, ha="center", va=vertical, fontsize=_LETTERS)
+def _write(
+    ax: Axes, x: float, y: float, text: str, vertical: str = "center", size: float = _LETTERS
+) -> None:
+    ax.text(x, y, text, ha="center", va=vertical, fontsize=size)
 
 
 def _spring(ax: Axes, first: float, last: float, y: float, text: str) -> None:
@@ -205,11 +207,13 @@ def _wheel(ax: Axes, x: float) -> None:
     ax.add_patch(Circle((x, 0.2), 0.2, fc="white", ec=BLACK, lw=0.7))
 
 
-def dimension(ax: Axes, first: float, last: float, y: float, text: str) -> None:
+def dimension(
+    ax: Axes, first: float, last: float, y: float, text: str, size: float = _LETTERS
+) -> None:
     """Draw a length with its arrows, and its text above."""
     arrow = {"arrowstyle": "<|-|>", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 5.0}
     ax.annotate("", (last, y), (first, y), arrowprops=arrow | {"color": BLACK, "lw": 0.5})
-    _write(ax, 0.5 * (first + last), y + 0.08, text, "bottom")
+    _write(ax, 0.5 * (first + last), y + 0.08, text, "bottom", size)
 
 
 def _arrow(

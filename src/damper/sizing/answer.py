@@ -500,6 +500,8 @@ def _changes(
 def _warnings(judge: Judge, numbers: Mapping[str, Any]) -> tuple[str, ...]:
     m = judge.machine
     found = []
+    if numbers["worst"] >= float(_without(judge, judge.band).max()):
+        found.append("It does not help: the worst case is no better than without it.")
     if numbers.get("outside_ratio", 0.0) > _MORE:
         found.append(
             f"Outside of the band it amplifies: up to {numbers['outside_ratio']:.2f} times the "
@@ -516,8 +518,6 @@ def _warnings(judge: Judge, numbers: Mapping[str, Any]) -> tuple[str, ...]:
                 f"Under {words} the record it amplifies: {numbers[name]:.2f} times the "
                 f"{m.measured[2]} without it."
             )
-    if numbers["worst"] >= float(_without(judge, judge.band).max()):
-        found.append("It does not help: the worst case is no better than without it.")
     return tuple(found)
 
 

@@ -22,15 +22,21 @@ from damper.study.yaml_file import dump_yaml
 from damper.tables import Table
 
 _CSS = """body { font: 15px/1.45 sans-serif; max-width: 52em; margin: 2em auto; padding: 0 1em }
-table { border-collapse: collapse } img { max-width: 100% } li { margin-left: 1.2em }
+table { border-collapse: collapse; margin: 0.8em 0 } svg { max-width: 100%; height: auto }
+figure { margin: 1em 0 } ul { padding-left: 1.2em }
 td, th { padding: 0.15em 0.9em 0.15em 0; text-align: left; border-bottom: 1px solid #ddd }
 blockquote { background: #fdeee6; border-left: 4px solid #D55E00; font-weight: bold;
 padding: 0.5em 0.8em; margin: 0.4em 0 }"""
+_STYLE = (
+    f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{_CSS}</style>'
+)
 _WITHOUT: dict[str, Any] = {"color": "#BBBBBB", "lw": 2.5, "label": "without damper"}
 _BUILT: dict[str, Any] = {"color": BLACK, "lw": 1.2, "label": "with damper as built, worst start"}
 _WORST: dict[str, Any] = {"color": VERMILION, "lw": 1.0, "ls": "--", "label": "all tolerances, too"}
 #: Highest ratio to the motion without damper, and displacement over the worst case, that is shown.
 _HIGHEST = 3.0
+#: Size of letters in the box of the sketch, in points.
+_SMALL = 7.0
 
 
 def write(design: Design, folder: Path) -> None:
@@ -70,7 +76,7 @@ def _body(design: Design) -> Iterator[str | pd.DataFrame]:
     yield from (f"> **{text}**" for text in design.warnings)
     yield f"![The machine, {_drives(m)}, and its damper](sketch.png)"
     yield f"## What it does to the {m.measured[2]}"
-    yield pd.DataFrame([line[1:] for line in design.lines], columns=["", "value"])
+    yield pd.DataFrame([line[1:] for line in design.lines], columns=["quantity", "value"])
     if design.response is not None:
         words = "Response in the band and beyond" if m.band else "Motion"
         yield f"![{words}, with the damper and without](response.png)"
@@ -111,11 +117,12 @@ def _page(table: Table, folder: Path) -> str:
         else:
             before, tag = next(pair for pair in _TAGS if part.startswith(pair[0]))
             lines = part.split("\n") if before == "- " else [part.strip("*")]
-            parts += [f"<{tag}>{escape(line.removeprefix(before))}</{tag}>" for line in lines]
+            made = [f"<{tag}>{escape(line.removeprefix(before))}</{tag}>" for line in lines]
+            parts += ["<ul>", *made, "</ul>"] if tag == "li" else made
     title = escape(table.title)
     head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
     body = "\n".join([f"<h1>{title}</h1>", *parts])
-    return f"{head}<style>{_CSS}</style></head>\n<body>\n{body}\n</body></html>\n"
+    return f"{head}{_STYLE}</head>\n<body><main>\n{body}\n</main></body></html>\n"
 
 
 #: What begins a part of the body -> its element.
@@ -156,9 +163,11 @@ def sketch(design: Design) -> Figure:
             "$x$",
             "$y$",
         )
-        ax.text(3.75, 2.8, text_of(design.free_mass, "kg", DIGITS), va="center", fontsize=9.0)
+        free = f"free mass {text_of(design.free_mass, 'kg', DIGITS)}"
+        ax.text(3.75, 2.8, free, va="center", fontsize=_SMALL)
         for first, last in ((3.6, 5.2), (6.2, 7.8)):
-            schematic.dimension(ax, first, last, 1.6, text_of(0.5 * design.gap, "m", DIGITS))
+            length = text_of(0.5 * design.gap, "m", DIGITS)
+            schematic.dimension(ax, first, last, 1.6, length, _SMALL)
         figure.set_size_inches(1.3 * COLUMN, 0.65 * COLUMN)
     return figure
 
@@ -191,7 +200,14 @@ def response(design: Design) -> Figure:
             lower.plot(table.frequency, table[name] / table.without, **look)
         if m.limit is not None:
             upper.axhline(size * m.limit, color=BLACK, lw=0.5, ls=":")
-        upper.plot([design.worst_frequency], [size * design.worst], "o", color=VERMILION, ms=4)
+        upper.plot(
+            [design.worst_frequency],
+            [size * design.worst],
+            "o",
+            color=VERMILION,
+            ms=4,
+            label="worst case",
+        )
         upper.set_ylim(0.0, size * _HIGHEST * design.worst)
         lower.set_ylim(0.0, min(_HIGHEST, 1.1 * float((table.worst / table.without).max())))
         upper.set_ylabel(f"{m.measured[2]} / {unit}")
