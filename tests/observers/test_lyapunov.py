@@ -133,6 +133,18 @@ def test_masses_in_step_that_rest_but_do_not_hit() -> None:
     assert damper.periodic_orbit(p).multipliers[[0, 1, 4, 5]] == pytest.approx([1, 1, 0, 0])
 
 
+@plain
+def test_one_that_rests_beside_one_that_nothing_touches() -> None:
+    """Both come to rest: what each takes is a part of all directions, not the whole of one."""
+    own = [{}, {"clearance": 2.0, "friction": 0.2, "mass_ratio": 0.1}]
+    p = Parameters(0.3, 0.1, 1.0, 50.0, 0.5, friction=1.5, masses=own)
+    ask = {"lyapunov": {"exponents": 6}}
+    state = State(0.0, 0.0, [0.0, 0.0], [0.0, 0.3])
+    cube = damper.simulate(p, state=state, transient=0, periods=20, observers=ask)
+    assert np.isfinite(cube.lyapunov_exponents[:4]).all()
+    assert (cube.lyapunov_exponents[4:] == -np.inf).all()
+
+
 @pytest.mark.parametrize("tension", [0, 1])
 def test_volumes_shrink_by_the_dashpot_of_compliant_walls(tension: int) -> None:
     """All four exponents are finite: the masses never join."""

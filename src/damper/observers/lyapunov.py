@@ -123,7 +123,13 @@ class Lyapunov(Observer):
         leaders = leaders_of(self._model, row)
         self._own = (leaders == np.arange(len(leaders))).astype(float)
         kept = np.repeat(np.append(1.0, self._own), 2) > 0.0
-        frame = directions_at(self._model, row)[:, kept][:, : self.exponents]
+        frame = directions_at(self._model, row)[:, kept]
+        if len(leaders) > 1:
+            # What vanishes where one of them rests must not be all that a direction has: mirrored,
+            # each has a part of all.
+            across = 1.0 / np.arange(1.0, frame.shape[1] + 1.0)
+            frame = frame - np.outer(frame @ across, across) * (2.0 / (across @ across))
+        frame = frame[:, : self.exponents]
         self._frame = np.ascontiguousarray(frame / np.linalg.norm(frame, axis=0))
         self._parted = np.zeros(len(leaders), int)
         self._growth = np.zeros((2, self._frame.shape[1]))
@@ -203,6 +209,9 @@ def _orthonormalise(frame, growth, left):
         for row in range(size_of):
             size += frame[row, k] * frame[row, k]
         size = math.sqrt(size)
+        if size == 0.0:
+            growth[1, k] = -math.inf
+            continue
         growth[1, k] += math.log(size)
         for row in range(size_of):
             frame[row, k] /= size
