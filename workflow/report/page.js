@@ -330,9 +330,9 @@ damper.draw = (place) => {
         const kind = chatter ? kinds[chatter[column]] : [name, branch === 1 ? VERMILION : "ink"];
         const paint = kind[1] === "ink" ? colour("ink") : kind[1];
         const trace = traces[kind[0]] = traces[kind[0]] || { type: "scatter", name: kind[0], x: [], y: [],
-          mode: one.line ? "lines+markers" : "markers", showlegend: Boolean(kind[0]),
+          mode: "markers", showlegend: Boolean(kind[0]),
           marker: { size: one.line ? 4 : 2.5, color: paint, symbol: one.line && branch ? "circle-open" : "circle" },
-          line: { width: 1 }, hovertemplate: `${x.label} %{x:.5~g} ${x.units}<br>${one.name} `
+          hovertemplate: `${x.label} %{x:.5~g} ${x.units}<br>${one.name} `
             + `<b>%{y:.5~g} ${one.units}</b><extra>${kind[0]}</extra>` };
         for (let n = 0; n < one.counts[column]; n++) {
           trace.x.push(value);
