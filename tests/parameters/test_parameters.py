@@ -142,6 +142,12 @@ def test_damping_of_the_support_is_given_in_two_ways() -> None:
     assert undamped.model == "rigid"
 
 
+def test_what_is_printed_can_be_read() -> None:
+    """One unit of a spread is a default that the spread needs."""
+    one = Parameters(**GOOD, unit_count=1, clearance_spread=0.2)
+    assert Parameters(**one.given) == eval(repr(one)) == one
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -219,9 +219,11 @@ class Declared:
 
     @property
     def given(self) -> dict[str, float]:
-        """The values that are not those of the defaults, by name."""
-        kept = fields(self)  # type: ignore[arg-type]
-        return {f.name: v for f in kept if (v := getattr(self, f.name)) != f.default}
+        """The values that are not those of the defaults, by name, and those that they need."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
+        kept = {f.name for f in fields(self) if values[f.name] != f.default}  # type: ignore[arg-type]
+        kept |= {q.needs for q in self.quantities if q.needs and q.name in kept}
+        return {name: value for name, value in values.items() if name in kept}
 
     @classmethod
     def of_known(cls, **values: Any) -> Self:
