@@ -21,8 +21,10 @@ from damper import (
 from damper.engine.compiled import plain
 from damper.engine.segment import CAUSE, COMPLETION, GAP, NOTHING
 from damper.models import start_run
+from damper.models.sensitivity import neighbours
 from damper.models.tangent import derivative
 from damper.observers.common.laws import broken
+from damper.sweep.orbits.arcs import Arc
 
 IMPACT, STICK, RELEASE, STOPPED, REST, SLIP, REVERSAL = range(7)
 
@@ -180,8 +182,14 @@ def test_no_derivative_where_it_stops_at_the_very_wall() -> None:
     """The speed between one that reaches the wall, which is 1 away, and one that does not."""
     p = Parameters(mass_ratio=1e-6, restitution=0.5, friction=0.5, **SWING)
     run = start_run(p, State(0.0, 0.0, 0.0, 1.0000003540367046))
-    with pytest.raises(ValueError, match=r"^no derivative: the free mass comes to rest at the "):
-        derivative(run, *run.whole_periods(3.0))
+    message = r"^no derivative: the free mass comes to rest at the "
+    with pytest.raises(ValueError, match=message):
+        derivative(run, *run.whole_periods(3.0), pieces := [])
+    # Nor one by a parameter, which a branch would ask for.
+    wall, start = np.zeros(1), np.zeros(4)
+    arc = Arc(p, start, wall, start, wall, np.eye(4), np.concatenate(pieces), run)
+    with pytest.raises(ValueError, match=message):
+        arc.change_by(neighbours(p, {"friction": 1.0}), start)
 
 
 def test_studies_refuse_what_does_not_know_friction(tmp_path: Path) -> None:

@@ -325,9 +325,16 @@ def derivative(
         begun = True
         if keep is not None:
             keep.append(log.copy())
-    if np.isnan(deviations).any():
-        raise ValueError(f"no derivative: {_why_none(trajectory.model)}")
+    need_bounded(trajectory.model, deviations)
     return deviations
+
+
+def need_bounded(model: Any, deviations: np.ndarray) -> None:
+    """Raise ValueError where what has become of deviations says that there is no derivative."""
+    if np.isnan(deviations).any():
+        raise ValueError(f"no derivative: {_why_none(model)}")
+    if np.isinf(deviations).any():
+        raise ValueError("no derivative: deviations grow without bound at an impact that grazes")
 
 
 def _why_none(model: Any) -> str:

@@ -18,6 +18,9 @@ from damper.models.friction import hold_at_start, pushed_by
 from damper.models.rigid import Rigid
 from damper.models.sliding import Sliding, direction, hold_of, shift_of
 
+#: Part of a deviation that is roundoff.
+_SAME_PLACE = 1e-9
+
 tangent.have_rigid_walls(Sliding)
 tangent.contact_flow.like(Sliding, Rigid)
 tangent.mass_ratio_rate.like(Sliding, Rigid)
@@ -84,8 +87,13 @@ def _over_event(model, s, deviations):
     elif s.cause in (REST, REVERSAL):
         _slow_down(model, _turned(model, s), deviations)
     elif s.cause == STICK and (deviations[1] != deviations[3]).any():
-        # A slide that stops at the very wall: one beside it hits, or stops ahead of it.
-        deviations[:] = math.nan
+        # A slide that stops at the very wall: one beside it hits, or stops ahead of it; unless
+        # it is the last of a sequence, for that ends there in any case.
+        for k in range(deviations.shape[1]):
+            x, y = deviations[0, k], deviations[2, k]
+            if abs(x - y) > _SAME_PLACE * (abs(x) + abs(y)):
+                deviations[:] = math.nan
+        tangent.join(model.mass_ratio, deviations)
 
 
 @tangent.stay_on.of(Sliding)

@@ -26,7 +26,7 @@ from damper.engine.segment import (
 from damper.engine.trajectory import Trajectory
 from damper.models import check_state, model_of
 from damper.models.sensitivity import Stencil, follow_change
-from damper.models.tangent import derivative
+from damper.models.tangent import derivative, need_bounded
 from damper.models.walls import slack
 from damper.parameters import Parameters, State
 
@@ -81,9 +81,16 @@ class Arc:
         return np.eye(len(self.own)) - (self.derivative @ self.directions)[self.own]
 
     def change_by(self, stencil: Stencil, of_start: np.ndarray) -> np.ndarray:
-        """Derivative of the end by a parameter, from that of the start."""
+        """Derivative of the end by a parameter, from that of the start.
+
+        Raises
+        ------
+        ValueError
+            As `derivative`; deviations of the start alone may have one where this has none.
+        """
         change = of_start[:, None].copy()
         follow_change(self.trajectory.model, stencil, self.rows, change, False)
+        need_bounded(self.trajectory.model, change)
         return change[:, 0]
 
     def state_after(self, tau: float) -> np.ndarray:

@@ -98,10 +98,13 @@ class OrbitEquation:
                 run_arc(p.dimensionless, start, moments[k], moments[k + 1], model)
                 for k, start in enumerate(starts)
             ]
+            found = PeriodMap(self, p, arcs)
+            # Asked here: a place without a derivative is no point of a branch.
+            found.jacobian  # noqa: B018
         except ValueError:
             # Outside the box or a parameter's range, or too many events.
             return None
-        return PeriodMap(self, p, arcs)
+        return found
 
     def correct(self, guess: np.ndarray, normal: np.ndarray) -> "OrbitPoint | None":
         """Newton's method at right angles to a direction; None where it does not converge."""
