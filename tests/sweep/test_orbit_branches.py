@@ -507,6 +507,17 @@ def test_dataset(oscillator: Branch) -> None:
     assert data.attrs["last_end"] == oscillator.ends[1]
 
 
+def test_dataset_of_several_masses() -> None:
+    p = replace(TWO_IMPACTS, clearance=3.0, masses=[{}, {"mass_ratio": 0.09, "clearance": 3.6}])
+    branch = continue_orbit(periodic_orbit(p), "clearance_1", 3.5, 3.7)
+    data = branch.to_dataset()
+    assert data.sizes == {"orbit": len(branch.orbits), "multiplier": 6, "body": 2, "point": 0}
+    for name in ("x", "y", "u"):
+        states = [getattr(orbit.state, name) for orbit in branch.orbits]
+        np.testing.assert_array_equal(data[name], states)
+    assert data.point_y.dims == ("point", "body")
+
+
 def test_bad_input(oscillator: Branch) -> None:
     orbit = oscillator.orbits[0]
     with pytest.raises(TypeError, match=r"unknown parameter 'clearence'.*mean 'clearance'"):

@@ -146,7 +146,11 @@ class Branch:
         return found.orbit()
 
     def to_dataset(self) -> "xr.Dataset":
-        """Return the branch as a Dataset: its orbits, and its special points."""
+        """Return the branch as a Dataset: its orbits, and its special points.
+
+        The states where they start have y and u of each free mass along ``body``, where there are
+        several.
+        """
         orbits, points = self.orbits, self.special_points
         kind = type(orbits[0].parameters)
         quantity = named_quantity(orbits[0].parameters, self.parameter)
@@ -155,7 +159,8 @@ class Branch:
         about = {"long_name": quantity.long_name, **attributes_of(units, of)}
         named = SI_UNITS if kind is SIParameters else {}
         length, speed = (attributes_of(named.get(unit, unit), of) for unit in (LENGTH, SPEED))
-        multipliers = np.full((len(orbits), 4), np.nan, complex)
+        most = max(4, *(len(orbit.multipliers) for orbit in orbits))
+        multipliers = np.full((len(orbits), most), np.nan, complex)
         for row, orbit in zip(multipliers, orbits, strict=True):
             row[: len(orbit.multipliers)] = orbit.multipliers
         variables: dict[str, Any] = {
@@ -175,9 +180,11 @@ class Branch:
         }
         for name, units in (("x", length), ("v", speed), ("y", length), ("u", speed)):
             states = np.array([getattr(orbit.state, name) for orbit in orbits])
-            variables[name] = ("orbit", states, units)
+            own = ("body",) if states.ndim == 2 else ()
+            variables[name] = (("orbit", *own), states, units)
             at = np.array([getattr(point.orbit.state, name) for point in points], float)
-            variables[f"point_{name}"] = ("point", at, units)
+            at = at.reshape(len(points), *states.shape[1:])
+            variables[f"point_{name}"] = (("point", *own), at, units)
         attributes = {
             "parameter": self.parameter,
             "period": orbits[0].period,
