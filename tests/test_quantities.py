@@ -66,7 +66,7 @@ VALUES: dict[str, tuple[dict[str, float], float]] = {
     "modulation_phase": (MODULATION, 1.0),
     "friction": ({}, 0.02),
     "unit_count": ({}, 2.0),
-    "clearance_spread": ({"unit_count": 3.0}, 0.4),
+    "clearance_spread": ({"unit_count": 2.0}, 0.4),
     "initial_displacement": ({}, 0.1),
     "initial_velocity": ({}, 0.1),
     "initial_position": ({}, 0.5),
