@@ -167,6 +167,10 @@ def close(model: Several, s: SeveralSegment) -> float:
     any_rests = False
     if not faded:
         for k in range(len(s.bodies)):
+            # Asked before the calls, which take time even where they answer at once.
+            b = s.bodies[k]
+            if b[MODE] != FLIGHT or b[GAP] != 0.0 or b[CAUSE] == NOTHING:
+                continue
             chatter = _chatter_of(model, s, start, k)
             if is_over(model.friction, model, s, start, k, chatter):
                 any_rests = True
@@ -210,8 +214,7 @@ def _is_over(friction, model, s, start, k, chatter):
 def _chatter_of(model, s, start, k):
     """How a body goes on that something has happened to on a wall."""
     b = s.bodies[k]
-    at_wall = b[MODE] == FLIGHT and b[GAP] == 0.0 and b[RATE] > 0.0
-    if not at_wall or b[CAUSE] == NOTHING:
+    if not b[RATE] > 0.0:
         return Chatter(math.inf, 0.0, 0.0)
     ratio = _chattering_with(model, s.bodies, k)
     seg = segment_of(s, start, k)
