@@ -30,6 +30,7 @@ from damper.models.several.bodies import (
     friction_of,
     gap_after,
     is_joined,
+    restitution_of,
     segment_of,
     view_of,
 )
@@ -129,6 +130,10 @@ def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, flo
 @compiled
 def bounce_in(model: Several, s: SeveralSegment, k: int) -> Bounce:
     """How a body bounces in a tail: as in the flight that has begun there."""
+    most = friction_of(model.friction, k)
+    if most == 0.0:
+        # As fast back as out, whatever presses it.
+        return Bounce(1.0, 1.0, restitution_of(model, k, float(s.bodies[k, SIDE])))
     bodies, ratio = s.bodies.copy(), 0.0
     for j in range(len(bodies)):
         if bodies[j, MODE] == TAIL:
@@ -139,7 +144,7 @@ def bounce_in(model: Several, s: SeveralSegment, k: int) -> Bounce:
     seg = segment_of(flight, start, k)
     view = view_of(model, start, k, ratio, seg.side, -seg.side)
     own = flight_of(view.mass, start, view, seg)
-    return bounce_from(own, view, seg, friction_of(model.friction, k))
+    return bounce_from(own, view, seg, most)
 
 
 @declared.masses_at.of(Several)
