@@ -29,6 +29,9 @@ from damper.engine.impact import impact, law_at, rebound_slope, restitution_at
 from damper.engine.model import count_masses, mass_ratio_at, read_segment
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment
 
+#: Part of a deviation, and of what it moves an event by, that is roundoff.
+TOGETHER = 1e-9
+
 
 @by_class
 def contact_flow(model: Any, periods: float, time: float, tau: float) -> Flow:

@@ -52,9 +52,7 @@ from damper.models.several.bodies import (
 from damper.models.several.contacts import balance, balanced, settle
 from damper.models.several.log import segment_of_all
 from damper.models.several.pinch import is_pinched, times_over_gaps, turns_of
-
-#: Part of a deviation, and of what it moves an event by, that is roundoff.
-_TOGETHER = 1e-9
+from damper.models.tangent import TOGETHER
 
 
 @tangent.friction_in.of(Several)
@@ -293,11 +291,11 @@ def stop(model: Several, s: SeveralSegment, deviations: np.ndarray) -> bool:
                 late[c] = (v - u) / falls
             known = True
             off = abs(u - v + falls * late[c])
-            parts = parts or (turns and off > _TOGETHER * (abs(u) + abs(v) + abs(falls * late[c])))
+            parts = parts or (turns and off > TOGETHER * (abs(u) + abs(v) + abs(falls * late[c])))
             if bodies[k, MODE] == TAIL:
                 # It stops at the very wall: one beside it hits, or stops ahead of it.
                 x, y = deviations[0, c], deviations[2 + 2 * k, c]
-                parts = parts or abs(x - y) > _TOGETHER * (abs(x) + abs(y))
+                parts = parts or abs(x - y) > TOGETHER * (abs(x) + abs(y))
         if parts:
             for row in range(len(deviations)):
                 deviations[row, c] = math.nan
@@ -349,7 +347,7 @@ def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
                 speed = float(bodies[k, SIDE] * jump - bodies[k, RATE])
             if speed > 0.0:
                 off = abs(bodies[k, SIDE] * (x - y) - late * speed)
-                parts = parts or off > _TOGETHER * (abs(x) + abs(y) + abs(late) * speed)
+                parts = parts or off > TOGETHER * (abs(x) + abs(y) + abs(late) * speed)
             if levels[k] > 0.0 and pushes[k] == 1.0:
                 turned = levels[k] / bodies[k, SPEED]
                 change += ratios[k] * turned * (deviations[3 + 2 * k, c] - v + (own[k] - a) * late)

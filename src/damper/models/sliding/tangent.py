@@ -17,9 +17,7 @@ from damper.models import sensitivity, tangent
 from damper.models.friction import hold_at_start, pushed_by
 from damper.models.rigid import Rigid
 from damper.models.sliding import Sliding, direction, hold_of, shift_of
-
-#: Part of a deviation that is roundoff.
-_SAME_PLACE = 1e-9
+from damper.models.tangent import TOGETHER
 
 tangent.have_rigid_walls(Sliding)
 tangent.contact_flow.like(Sliding, Rigid)
@@ -91,7 +89,7 @@ def _over_event(model, s, deviations):
         # it is the last of a sequence, for that ends there in any case.
         for k in range(deviations.shape[1]):
             x, y = deviations[0, k], deviations[2, k]
-            if abs(x - y) > _SAME_PLACE * (abs(x) + abs(y)):
+            if abs(x - y) > TOGETHER * (abs(x) + abs(y)):
                 deviations[:] = math.nan
         tangent.join(model.mass_ratio, deviations)
 
