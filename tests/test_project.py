@@ -1,5 +1,6 @@
 """The project itself: format, lint, types, and documents that say what is true."""
 
+import ast
 import inspect
 import json
 import os
@@ -97,13 +98,36 @@ def test_rooms_import_only_those_before():
                 assert before, f"{path.relative_to(SOURCE)} imports {name}"
 
 
+def _imported(module: str) -> set[str]:
+    """Return the modules of the project that a module imports while it runs, in functions too.
+
+    Imports for types do not count. A package may load its own modules.
+    """
+    path = SOURCE.parent.joinpath(*module.split("."))
+    text = (path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text("utf-8")
+    nodes = [*ast.walk(ast.parse(text))]
+    guards = [n for n in nodes if isinstance(n, ast.If) and ast.unparse(n.test) == "TYPE_CHECKING"]
+    for_types = {inner for guard in guards for node in guard.body for inner in ast.walk(node)}
+    found = {
+        full if (full := f"{node.module}.{alias.name}") in MODULES else str(node.module)
+        for node in nodes
+        if isinstance(node, ast.ImportFrom) and node not in for_types
+        for alias in node.names
+    }
+    return {name for name in found & {*MODULES} - {"damper"} if not name.startswith(module)}
+
+
 def test_modules_of_the_study_language_import_in_one_direction():
-    """Imports within functions and for types count as well."""
+    """Imports for types count as well."""
     language = {
         path.stem: re.findall(r"from damper\.study\.(\w+) import", path.read_text())
         for path in (SOURCE / "study").glob("*.py")
     }
     TopologicalSorter(language).prepare()
+
+
+def test_no_two_modules_import_each_other():
+    TopologicalSorter({module: _imported(module) for module in MODULES}).prepare()
 
 
 def test_a_class_has_a_name_of_its_own():

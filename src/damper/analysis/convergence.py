@@ -9,7 +9,8 @@ import numpy as np
 
 from damper.analysis.places import fixed_values, need_axes, need_numbers
 from damper.parameters.lazy import pd, xr
-from damper.parameters.quantities import ALL, MODEL_NAMES, unknown_name
+from damper.parameters.names import unknown_name
+from damper.parameters.quantities import ALL, MODEL_NAMES
 from damper.sweep.record import recorded
 
 #: Cubes' own dimensions -> which place along them is compared: the last sample, the first burst.

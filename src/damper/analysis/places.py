@@ -10,7 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from damper.parameters.lazy import pd, xr
-from damper.parameters.quantities import quantities_in, unknown_name
+from damper.parameters.names import unknown_name
+from damper.parameters.quantities import quantities_in
 from damper.sweep.grid import product
 
 #: Values of an axis, as they come.

@@ -13,7 +13,7 @@ import numpy as np
 
 from damper.analysis.labels import label_of
 from damper.parameters.lazy import xr
-from damper.parameters.quantities import unknown_name
+from damper.parameters.names import unknown_name
 from damper.parameters.quantity import in_range
 from damper.parameters.variables import WORST
 

@@ -15,7 +15,8 @@ from damper.notebook.run import Run, drawn, recorded
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.lazy import Figure
 from damper.parameters.named import damper_of
-from damper.parameters.quantities import ALL, check_quantity, quantities_in, unknown_name
+from damper.parameters.names import unknown_name
+from damper.parameters.quantities import ALL, check_quantity, quantities_in
 from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
 from damper.sweep.record import followed, force_of, masses_of, observers_of, settings_of
 from damper.sweep.runs import last_of_chain

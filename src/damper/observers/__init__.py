@@ -11,7 +11,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from damper.parameters.quantities import unknown_name
+from damper.parameters.names import unknown_name
 
 if TYPE_CHECKING:
     from damper.observers.common.base import Observer

@@ -12,8 +12,9 @@ from functools import cached_property
 from typing import Any
 
 from damper.parameters.forcing import HARMONIC, check_force, read_forcing
-from damper.parameters.masses import OF_A_MASS_SI, changed_in, read_masses, value_in
+from damper.parameters.masses import changed_in, read_masses, value_in
 from damper.parameters.models import models_of
+from damper.parameters.names import OF_A_MASS_SI
 from damper.parameters.quantity import Declared, Quantity, quantity, shared
 from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED, Units
 

@@ -13,6 +13,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, Literal, get_args
 
+from damper.parameters.names import unknown_name
 from damper.parameters.quantity import Quantity, finite, in_range, whole
 from damper.parameters.units import AMPLITUDES, FORCE, FREE
 
@@ -684,8 +685,6 @@ def check_force(
 
 def _one_of(name: str, value: Any, names: Iterable[str]) -> None:
     if not isinstance(value, str) or value not in names:
-        from damper.parameters.quantities import unknown_name  # which is built on this module
-
         raise ValueError(str(unknown_name(name, value, names)))
 
 

@@ -7,13 +7,9 @@ clearance of mass 1: so a quantity of one of them is an axis, is drawn, or repla
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from damper.parameters.names import OF_A_MASS, OF_ANY_MASS, unknown_name
 from damper.parameters.quantity import real
 
-#: What a mass may have of its own, in the names of `damper.Parameters` and of `SIParameters`.
-OF_A_MASS = ("mass_ratio", "clearance", "restitution", "restitution_left", "gravity", "friction")
-OF_A_MASS_SI = ("free_mass", "gap", *OF_A_MASS[2:-1], "friction_coefficient")
-#: In either system.
-OF_ANY_MASS = tuple(dict.fromkeys((*OF_A_MASS, *OF_A_MASS_SI)))
 #: Most masses of a damper.
 MOST_MASSES = 100
 
@@ -119,7 +115,5 @@ def _mass(where: str, given: Any, names: Sequence[str]) -> dict[str, Any]:
         )
     for name in given:
         if name not in names:
-            from damper.parameters.quantities import unknown_name
-
             raise TypeError(f"{where}: {unknown_name('quantity of a mass', name, names)}")
     return dict(given)

@@ -10,8 +10,9 @@ from functools import lru_cache
 from typing import Any, TypeVar
 
 from damper.parameters.dampers import Parameters, SIParameters
-from damper.parameters.masses import OF_ANY_MASS, changed_in, split, value_in, with_own
-from damper.parameters.quantities import INITIAL_NAMES, is_si, of_a_mass, unknown_name
+from damper.parameters.masses import changed_in, split, value_in, with_own
+from damper.parameters.names import OF_ANY_MASS, unknown_name
+from damper.parameters.quantities import INITIAL_NAMES, is_si, of_a_mass
 from damper.parameters.quantity import Quantity, check_needs
 
 Names = tuple[str, ...]

@@ -1,13 +1,13 @@
 """Every quantity that a study may give, by name, and the names that belong together."""
 
-import difflib
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
 from damper.parameters.dampers import SI_NAME, Parameters, SIParameters
-from damper.parameters.masses import OF_ANY_MASS, split
+from damper.parameters.masses import split
+from damper.parameters.names import NAMES_BY_SYMBOL, OF_ANY_MASS
 from damper.parameters.quantity import Quantity as Quantity
 from damper.parameters.quantity import real as real
 from damper.parameters.state import INITIAL_QUANTITIES as INITIAL_QUANTITIES
@@ -89,11 +89,9 @@ ALL = OfQuantities(
     lambda quantity: quantity,
 )
 
-#: Symbol, as one may type it -> name.
-NAMES_BY_SYMBOL = {
-    re.sub(r"[$\\{}_ ]|var|mathrm", "", q.symbol): q.name for q in (*ALL.values(), *SI_QUANTITIES)
-}
-NAMES_BY_SYMBOL["v0"] = "initial_velocity"
+for _quantity in (*ALL.values(), *SI_QUANTITIES):
+    _symbol = re.sub(r"[$\\{}_ ]|var|mathrm", "", _quantity.symbol)
+    NAMES_BY_SYMBOL[_symbol] = _quantity.name
 
 
 def check_quantity(name: str, value: float) -> float:
@@ -140,32 +138,3 @@ def quantities_in(names: Iterable[Any]) -> list[str]:
     names = set(names)
     own = [(k, OF_ANY_MASS.index(of), n) for n in names for of, k in filter(None, [split(n)])]
     return [*(name for name in ALL if name in names), *(name for _, _, name in sorted(own))]
-
-
-def nearest(name: str, names: Iterable[str]) -> str:
-    """Return the one of `names` that `name` was probably meant to be, or nothing.
-
-    Examples
-    --------
-    >>> nearest("clearence", ALL), nearest("mu", ALL), nearest("sharpness", ALL)
-    ('clearance', 'mass_ratio', '')
-    """
-    names = list(names)
-    if NAMES_BY_SYMBOL.get(name) in names:
-        return NAMES_BY_SYMBOL[name]
-    common, _, number = name.rpartition("_")
-    if number.isdecimal() and {*OF_ANY_MASS} <= {*names}:
-        near = nearest(common, OF_ANY_MASS)
-        return near and f"{near}_{number}"
-    folded = {right.casefold(): right for right in names}
-    close = difflib.get_close_matches(name[:100].casefold(), folded, n=1)
-    close += [right for right in folded if name.casefold() in right.split("_")]
-    return folded[close[0]] if close else ""
-
-
-def unknown_name(what: str, name: object, names: Iterable[str]) -> TypeError:
-    """Return the error for what is none of `names`, with the nearest of them."""
-    names = list(names)
-    near = nearest(name, names) if isinstance(name, str) else ""
-    hint = f" (did you mean {near!r}?)" if near else ""
-    return TypeError(f"unknown {what} {name!r}{hint}: must be one of {', '.join(names) or 'none'}")

@@ -17,6 +17,7 @@ from inspect import cleandoc
 from textwrap import wrap
 from typing import Any, ClassVar, Self, dataclass_transform
 
+from damper.parameters.names import unknown_name
 from damper.parameters.units import SI_UNITS
 
 
@@ -254,8 +255,6 @@ def _check_names(kind: type[Declared]) -> None:
         try:
             plain(self, *values, **named)
         except TypeError:
-            from damper.parameters.quantities import unknown_name
-
             known = [f.name for f in fields(kind)]  # type: ignore[arg-type]
             for name in named:
                 if name not in known:

@@ -16,11 +16,10 @@ from damper.parameters.lazy import pd, xr
 from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
 from damper.sizing.search import DIGITS, Search
 from damper.sizing.study import CHANGED, PART, Judge, Sizes, rounded
+from damper.sizing.words import text_of
 
 #: More than without the damper, by more than transients leave.
 _MORE = 1.01
-#: Units as an engineer writes them: of a number in SI units below a size.
-_SMALL = {"m": (1.0, 1e3, "mm"), "kg": (0.1, 1e3, "g")}
 #: Steps along the gap when a periodic motion is followed, and motions at most.
 _FOLLOW: Mapping[str, Any] = {"step": 0.05, "max_orbits": 120, "until_change": True}
 _GAPS = (0.4, 2.5)
@@ -114,21 +113,6 @@ class Design:
         from damper.sizing.page import write
 
         write(self, Path(folder))
-
-
-def text_of(value: float, unit: str, digits: int = 3) -> str:
-    """A number with a unit that suits it.
-
-    Examples
-    --------
-    >>> text_of(0.00092, "m"), text_of(12.0, "kg"), text_of(0.1, "1")
-    ('0.92 mm', '12 kg', '0.1')
-    """
-    below, size, small = _SMALL.get(unit, (0.0, 1.0, unit))
-    if abs(value) < below:
-        value, unit = size * value, small
-    form = f".{digits}g" if abs(value) < 1e3 else ".0f"
-    return f"{value:{form}}" + ("" if unit == "1" else f" {unit}")
 
 
 def design(

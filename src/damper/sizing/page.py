@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -15,11 +15,14 @@ from damper.figures.common.layout import few_decades
 from damper.figures.common.panels import panel_grid
 from damper.figures.common.style import BLACK, COLUMN, VERMILION, save, style
 from damper.parameters.lazy import Figure
-from damper.sizing.answer import Design, text_of
 from damper.sizing.machine import RECORDS, Machine
 from damper.sizing.search import DIGITS
+from damper.sizing.words import text_of
 from damper.study.yaml_file import dump_yaml
 from damper.tables import Table
+
+if TYPE_CHECKING:
+    from damper.sizing.answer import Design
 
 _CSS = """body { font: 15px/1.45 sans-serif; max-width: 52em; margin: 2em auto; padding: 0 1em }
 table { border-collapse: collapse; margin: 0.8em 0 } svg { max-width: 100%; height: auto }

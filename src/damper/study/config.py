@@ -17,7 +17,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from damper.parameters.quantities import nearest
+from damper.parameters.names import nearest
 from damper.study.fields import STEM, STEM_WORDS, NamedMapping
 from damper.study.kinds import STUDIES
 from damper.study.messages import Mistakes, Report, mistakes_of

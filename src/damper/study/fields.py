@@ -33,7 +33,8 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, PydanticCustomError, PydanticKnownError, core_schema
 
-from damper.parameters.masses import OF_ANY_MASS, split
+from damper.parameters.masses import split
+from damper.parameters.names import OF_ANY_MASS
 from damper.parameters.quantities import ALL
 from damper.study.axes import MOST_VALUES
 from damper.study.messages import NOTHING, Mistakes, mistakes_of

@@ -19,7 +19,7 @@ from pydantic import GetJsonSchemaHandler, TypeAdapter, create_model
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
 from damper.observers import class_in
-from damper.parameters.quantities import unknown_name
+from damper.parameters.names import unknown_name
 from damper.study.fields import Strict, one_of
 from damper.study.products import Product
 from damper.study.schema import Schema, nested

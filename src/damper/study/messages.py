@@ -9,7 +9,8 @@ from typing import Any
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic_core import PydanticCustomError
 
-from damper.parameters.quantities import ALL, SI_ONLY, OfQuantities, Quantity, nearest
+from damper.parameters.names import nearest
+from damper.parameters.quantities import ALL, SI_ONLY, OfQuantities, Quantity
 from damper.study.schema import COORDINATE, Generator, Schema, choices_of, words_of
 from damper.study.yaml_file import NUMBER, Loc, as_part, display, join_names
 

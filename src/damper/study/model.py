@@ -13,9 +13,10 @@ from pydantic import Field
 
 from damper.parameters import Parameters
 from damper.parameters.forcing import EACH_DRAW, HARMONIC, Forcing, force_text
-from damper.parameters.masses import MOST_MASSES, OF_ANY_MASS, own_values, split
+from damper.parameters.masses import MOST_MASSES, own_values, split
 from damper.parameters.models import models_of
 from damper.parameters.named import damper_of
+from damper.parameters.names import OF_ANY_MASS
 from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_ONLY, is_si, quantities_in
 from damper.parameters.run import EngineSettings, RunLength, declared_in
 from damper.parameters.units import SI_UNITS

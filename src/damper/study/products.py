@@ -13,7 +13,8 @@ from damper.observers import OBSERVERS, make_observers, writable
 from damper.observers.common.stretch import sample_steps
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import HARMONIC, Forcing
-from damper.parameters.quantities import ALL, INITIAL_NAMES, nearest
+from damper.parameters.names import nearest
+from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.variables import WORST
 from damper.study.axes import coordinate_name
 from damper.study.fields import Coordinate, NamedMapping, Some, Text, one_of

@@ -11,8 +11,9 @@ import xarray as xr
 
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import HARMONIC, Forcing, read_forcing
-from damper.parameters.masses import OF_ANY_MASS, listed, own_values
-from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered, unknown_name
+from damper.parameters.masses import listed, own_values
+from damper.parameters.names import OF_ANY_MASS, unknown_name
+from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered
 from damper.parameters.quantity import filled, real
 from damper.parameters.run import DEFAULTS, settings_text
 from damper.sweep.branches import DIRECTIONS

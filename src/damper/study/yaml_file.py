@@ -19,7 +19,7 @@ from yaml.error import MarkedYAMLError, YAMLError
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from yaml.reader import ReaderError
 
-from damper.parameters.quantities import nearest
+from damper.parameters.names import nearest
 
 MOST_BYTES = 10_000_000
 """Of a file, which takes up to 12 s to read; a study has some 5000."""

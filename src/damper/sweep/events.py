@@ -11,7 +11,7 @@ from damper.engine.loop import FINISHED
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
 from damper.models import check_state, start_run
 from damper.parameters import NO_UNITS, Parameters, SIParameters, State
-from damper.parameters.quantities import unknown_name
+from damper.parameters.names import unknown_name
 from damper.parameters.quantity import real
 from damper.parameters.run import EngineSettings, settings_text
 from damper.sweep.estimate import MOST_PERIODS

@@ -15,7 +15,8 @@ from damper.analysis.reduction import runs_over
 from damper.figures.common import style
 from damper.parameters.forcing import force_text
 from damper.parameters.lazy import Artist, Axes, Figure, xr
-from damper.parameters.quantities import INITIAL_NAMES, quantities_in, unknown_name
+from damper.parameters.names import unknown_name
+from damper.parameters.quantities import INITIAL_NAMES, quantities_in
 from damper.parameters.units import units_of
 
 #: Letters that fit in an inch of heading, of label, and of legend.

@@ -14,7 +14,7 @@ from damper.engine.segment import Segment
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.settings import Setting
 from damper.parameters.models import ONE_MASS, models_of, unknown_model
-from damper.parameters.quantities import unknown_name
+from damper.parameters.names import unknown_name
 from damper.parameters.variables import NO_VALUE, Variable
 
 

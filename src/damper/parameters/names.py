@@ -1,0 +1,43 @@
+"""Names of quantities of single masses, and the right name for a wrong one."""
+
+import difflib
+from collections.abc import Iterable
+
+#: Quantities of a single mass, in the names of `damper.Parameters` and of `SIParameters`.
+OF_A_MASS = ("mass_ratio", "clearance", "restitution", "restitution_left", "gravity", "friction")
+OF_A_MASS_SI = ("free_mass", "gap", *OF_A_MASS[2:-1], "friction_coefficient")
+#: In either system.
+OF_ANY_MASS = tuple(dict.fromkeys((*OF_A_MASS, *OF_A_MASS_SI)))
+
+#: Symbol, as users may type it -> name. `damper.parameters.quantities` adds each quantity.
+NAMES_BY_SYMBOL = {"v0": "initial_velocity"}
+
+
+def nearest(name: str, names: Iterable[str]) -> str:
+    """Return the one of `names` that `name` was probably meant to be, or nothing.
+
+    Examples
+    --------
+    >>> from damper.parameters.quantities import ALL
+    >>> nearest("clearence", ALL), nearest("mu", ALL), nearest("sharpness", ALL)
+    ('clearance', 'mass_ratio', '')
+    """
+    names = list(names)
+    if NAMES_BY_SYMBOL.get(name) in names:
+        return NAMES_BY_SYMBOL[name]
+    common, _, number = name.rpartition("_")
+    if number.isdecimal() and {*OF_ANY_MASS} <= {*names}:
+        near = nearest(common, OF_ANY_MASS)
+        return near and f"{near}_{number}"
+    folded = {right.casefold(): right for right in names}
+    close = difflib.get_close_matches(name[:100].casefold(), folded, n=1)
+    close += [right for right in folded if name.casefold() in right.split("_")]
+    return folded[close[0]] if close else ""
+
+
+def unknown_name(what: str, name: object, names: Iterable[str]) -> TypeError:
+    """Return the error for an unknown `name`, with `names` and the nearest of them."""
+    names = list(names)
+    near = nearest(name, names) if isinstance(name, str) else ""
+    hint = f" (did you mean {near!r}?)" if near else ""
+    return TypeError(f"unknown {what} {name!r}{hint}: must be one of {', '.join(names) or 'none'}")
