@@ -30,6 +30,7 @@ from damper.observers.laws import Laws
 from damper.study.config import ConfigError, load_study
 from damper.sweep.runs import run_points
 from damper.theory.two_impacts import orbits
+from damper.verification.reference import exact_run
 
 CALM: dict[str, Any] = {"damping_ratio": 0.0, "frequency_ratio": 1.0, "force_amplitude": 0.0}
 
@@ -146,6 +147,39 @@ def test_a_mass_that_is_stuck_on_the_opposite_wall_stays_and_adds_its_mass() -> 
     speed = float(table["approach_speed"][1])
     assert gained == pytest.approx(-0.1 * 1.5 * speed / 1.6, rel=1e-14)
     assert read_segment(run.model, log[-1]).bodies[0, MODE] == 2.0
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize(
+    ("own", "damping", "v"),
+    [({"gravity": 0.2}, 0.05, 0.0), ({}, 0.0, -0.3)],
+    ids=["start", "release"],
+)
+@plain
+def test_a_mass_that_only_touches_a_wall_adds_its_mass(
+    order: int, own: dict[str, float], damping: float, v: float
+) -> None:
+    """Nothing presses it: at the start, or as it is released at the instant of the impact."""
+    masses, y, u = ({}, {"mass_ratio": 0.2} | own), (-1.0, 1.0), (v - 0.5, v)
+    p = damper_of(*masses[::order], damping_ratio=damping, restitution=0.8)
+    state = State(0.0, v, y[::order], u[::order])
+    table = events(p, state, until=0.3)
+    hits = table[table["kind"] == 0]
+    assert hits[["time", "approach_speed"]].tolist() == [(0.0, pytest.approx(0.5, abs=1e-15))]
+    after = v - 0.1 * 1.8 * 0.5 / 1.3
+    assert hits["v"] == pytest.approx(after, abs=1e-15)
+    values = {"mass_ratio": 0.1, "clearance": 1.0, "restitution": 0.8} | CALM
+    values |= {"damping_ratio": damping, "masses": masses[::order]}
+    [exact] = exact_run(values, (0.0, v, y[::order], u[::order]), until=0.3, digits=16).events
+    assert float(exact.v) == pytest.approx(after, abs=1e-15)
+
+
+@plain
+def test_a_deviation_parts_a_mass_that_only_touches_a_wall_from_the_impact() -> None:
+    p = damper_of({}, {"gravity": 0.2})
+    run = start_run(p, State(0.0, 0.0, [-1.0, 1.0], [-0.5, 0.0]))
+    with pytest.raises(ValueError, match="no derivative"):
+        derivative(run, *run.whole_periods(0.3))
 
 
 def test_masses_that_are_stuck_on_one_wall_are_released_at_one_instant() -> None:

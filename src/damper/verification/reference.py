@@ -448,12 +448,12 @@ class _Motion:
             self._list(number, kind, 0 if kind == "slip" else side, speed)
 
     def _hit(self, hits: dict[int, int]) -> None:
-        """Let masses hit walls together; who sticks to one takes part, or is kicked off."""
+        """Let masses hit walls together; masses at rest on a wall take part, or are kicked off."""
         masses, contacts = self.system.masses, {}
-        for number, (mode, side, _, rate, *_) in enumerate(self.places):
+        for number, (mode, side, gap, rate, *_) in enumerate(self.places):
             if number in hits:
                 contacts[number] = hits[number], max(-rate * hits[number] * side, mpf(0))
-            elif mode == STICKING:
+            elif mode == STICKING or gap == rate == 0:
                 contacts[number] = side, mpf(0)
         ratio = {n: masses[n].ratio(self.t)[0] for n in contacts}
         asks = {n: (1 + masses[n].restitution(s, w)) * w for n, (s, w) in contacts.items()}
@@ -480,14 +480,16 @@ class _Motion:
                 self.places[number] = place._replace(mode=FLIGHT)
         self._push(gained, among=contacts)
         for number, (side, speed) in contacts.items():
-            leaves = side * gained - speed
+            leaves, stuck = side * gained - speed, self.places[number].mode == STICKING
             if number in pushing and number in hits:
                 rate = asks[number] - speed
                 way = -side if masses[number].friction else 0
                 self.places[number] = Place(FLIGHT, side, mpf(0), rate, way=way)
             elif number not in pushing and leaves != 0:
                 self.places[number] = Place(FLIGHT, side, mpf(0), leaves)
-            if number not in hits and self.places[number].mode == FLIGHT:
+            elif not stuck:
+                self.places[number] = self.places[number]._replace(zeros=0)
+            if stuck and self.places[number].mode == FLIGHT:
                 self._list(number, "release", side, mpf(0))
             elif number in pushing and number in hits:
                 self._list(number, "impact", side, speed)

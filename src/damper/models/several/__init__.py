@@ -136,10 +136,11 @@ def _fly(model, s, start):
         arriving[first] = side * s.bodies[first, SIDE]
     periods, time, x, v, bodies = all_after(model, s, start, last, arriving)
     slide_on(model.friction, bodies)
-    if first >= 0 and not hits:
-        let_go(model.friction, model, bodies, first, side)
     v_before, loss = v, 0.0
     hits = bool(np.any(arriving != 0.0))
+    # A release at the instant of an impact: the impact and the forces after it decide.
+    if first >= 0 and (stops or not hits):
+        let_go(model.friction, model, bodies, first, side)
     if hits:
         v, loss = hit(model, v, bodies, arriving)
     if hits or stops or first < 0:

@@ -82,6 +82,7 @@ def hit(model: Several, v: float, bodies: np.ndarray, arriving: np.ndarray) -> t
     """Impacts of one instant, in place; the primary's velocity after them, the energy lost.
 
     `arriving` has the wall at which each body arrives, or 0; its rate is that at its own wall.
+    Bodies that touch a wall with no relative velocity take part, whether or not they stick to it.
     """
     count = len(bodies)
     ratios, sides, levels = model.masses[:, RATIO], np.zeros(count), np.zeros(count)
@@ -94,7 +95,7 @@ def hit(model: Several, v: float, bodies: np.ndarray, arriving: np.ndarray) -> t
             b[GAP], b[SIDE], b[SPEED] = 0.0, arriving[k], speed
             sides[k] = b[SIDE]
             levels[k] = (1.0 + restitution_of(model, k, float(b[SIDE]))) * speed
-        elif b[MODE] == STICKING:
+        elif b[MODE] == STICKING or (b[GAP] == 0.0 and b[RATE] == 0.0):
             sides[k] = b[SIDE]
     pushes = balance(0.0, sides, ratios, levels)
     change, loss = balanced(0.0, sides, ratios, levels, pushes), 0.0
@@ -112,7 +113,7 @@ def hit(model: Several, v: float, bodies: np.ndarray, arriving: np.ndarray) -> t
         elif b[MODE] == STICKING:
             if pushes[k] == 0.0 and b[SIDE] * change > 0.0:
                 b[MODE], b[RATE], b[CAUSE], b[FIRST] = FLIGHT, b[SIDE] * change, RELEASE, 0.0
-        else:
+        elif pushes[k] == 0.0:
             b[RATE] += b[SIDE] * change
     return v + change, loss
 

@@ -308,7 +308,7 @@ def stop(model: Several, s: SeveralSegment, deviations: np.ndarray) -> bool:
 def impulses(model: Several, s: SeveralSegment) -> tuple[Any, Any, Any]:
     """The contacts of an instant with impacts: walls (0 for none), levels, and who pushes.
 
-    As `balance` has them. Walls of masses that stuck before are there, with a level of 0.
+    As `balance` has them. Walls of masses at rest on them before are there, with a level of 0.
     """
     count = len(s.bodies)
     sides, levels = np.zeros(count), np.zeros(count)
@@ -317,7 +317,7 @@ def impulses(model: Several, s: SeveralSegment) -> tuple[Any, Any, Any]:
         if b[SPEED] > 0.0:
             sides[k] = b[SIDE]
             levels[k] = (1.0 + restitution_of(model, k, float(b[SIDE]))) * b[SPEED]
-        elif b[WAS] == JOINED and b[GAP] == 0.0:
+        elif b[GAP] == 0.0 and (b[WAS] == JOINED or b[RATE] == 0.0):
             sides[k] = b[SIDE]
     return sides, levels, balance(0.0, sides, model.masses[:, RATIO], levels)
 
@@ -343,6 +343,9 @@ def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
         change, parts = 0.0, False
         for k in range(count):
             y, speed = deviations[2 + 2 * k, c], float(bodies[k, SPEED])
+            if sides[k] != 0.0 and speed == 0.0 and bodies[k, WAS] != JOINED:
+                # It only touches its wall: a deviation that parts them takes it out of the impact.
+                parts = parts or x != y or v != deviations[3 + 2 * k, c]
             if speed == 0.0 and _loses_its_wall(bodies[k], sides[k], jump):
                 speed = float(bodies[k, SIDE] * jump - bodies[k, RATE])
             if speed > 0.0:
