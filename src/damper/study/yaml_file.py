@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from stat import S_ISDIR, S_ISREG
 from typing import Any, NamedTuple
 
 import yaml
@@ -20,12 +19,6 @@ from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from yaml.reader import ReaderError
 
 from damper.parameters.names import nearest
-
-MOST_BYTES = 10_000_000
-"""Of a file, which takes up to 12 s to read; a study has some 5000."""
-
-DEEPEST = 50
-"""Levels of nesting; a study has five."""
 
 NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 """A decimal number as YAML 1.2 writes it."""
@@ -124,29 +117,28 @@ def read_yaml(path: Path, label: str | None = None) -> YamlFile:
     what the reader finds wrong with the rest. ConfigError if there is nothing to go on: no such
     file, not text, not YAML, empty, or no mapping.
     """
-    label = str(path) if label is None else label
+    file = YamlFile(str(path) if label is None else label, None)
     try:
-        _refuse_endless(path, label)
-        file = YamlFile(label, None, _tree(_decoded(path.read_bytes())))
-        file.data = None if file.root is None else _Values(file).of(file.root, ())
+        data = path.read_bytes()
+        file.root = _tree(data.decode("utf-8-sig"))
+        file.data = None if file.root is None else _value(file, file.root, ())
     except OSError as error:
         message, near = unreadable(path, error)
-        problem = Problem(label, (), message, near=near)
-    except _NotYamlError as error:
-        message = f"not valid YAML at line {error.line}, column {error.column}: {error}"
-        problem = Problem(f"{label}:{error.line}", (), message)
-    except ValueError:  # a path with a null byte or a lone surrogate in it
-        problem = Problem(label, (), "is not the name of a file")
-    else:
-        if isinstance(file.data, dict):
-            return file
-        if file.problems:
-            raise ConfigError.of(file.problems)
-        problem = Problem(label, (), "the file is empty", "a mapping (key: value)")
-        if file.data is not None:
-            message = f"the top level must be a mapping (it is {display(file.data)})"
-            problem = Problem(f"{label}:{_line(file.root)}", (), message, "key: value")
-    raise ConfigError.of([problem])
+        raise ConfigError.of([Problem(file.label, (), message, near=near)]) from None
+    except (YAMLError, UnicodeDecodeError) as error:
+        line, column, message = _not_yaml(data, error)
+        message = f"not valid YAML at line {line}, column {column}: {message}"
+        raise ConfigError.of([Problem(f"{file.label}:{line}", (), message)]) from None
+    except RecursionError:
+        message = "lists or mappings stand too deep inside each other, or an alias (*) in itself"
+        raise ConfigError.of([Problem(file.label, (), message)]) from None
+    if isinstance(file.data, dict):
+        return file
+    problem = Problem(file.label, (), "the file is empty", "a mapping (key: value)")
+    if file.data is not None:
+        message = f"the top level must be a mapping (it is {display(file.data)})"
+        problem = Problem(f"{file.label}:{_line(file.root)}", (), message, "key: value")
+    raise ConfigError.of(file.problems or [problem])
 
 
 def unreadable(path: Path, error: OSError) -> tuple[str, str]:
@@ -157,16 +149,6 @@ def unreadable(path: Path, error: OSError) -> tuple[str, str]:
     with suppress(OSError):
         names = sorted(other.name for other in path.parent.iterdir())
     return "there is no such file", nearest(path.name, names)
-
-
-def _refuse_endless(path: Path, label: str) -> None:
-    """Raise ConfigError for what would be read for ever, such as a pipe, or for very long."""
-    found = path.stat()
-    if not (S_ISREG(found.st_mode) or S_ISDIR(found.st_mode)):
-        raise ConfigError.of([Problem(label, (), "is a pipe or a device", "a regular file")])
-    if found.st_size > MOST_BYTES:
-        message = f"the file has {found.st_size / 1e6:.0f} MB"
-        raise ConfigError.of([Problem(label, (), message, f"at most {MOST_BYTES / 1e6:g} MB")])
 
 
 def dump_yaml(data: Any) -> str:
@@ -190,10 +172,7 @@ def display(value: object) -> str:
         return _cut(repr(str(value)))
     if isinstance(value, float) and (value != value or value in (float("inf"), float("-inf"))):
         return {"inf": ".inf", "-inf": "-.inf"}.get(str(value), ".nan")
-    try:
-        return _cut(repr(value))
-    except ValueError:  # Python refuses to write integers of more than 4300 digits
-        return "a huge integer"
+    return _cut(repr(value))
 
 
 def as_part(key: object) -> str:
@@ -213,39 +192,31 @@ def key_path(loc: Loc) -> str:
     return text
 
 
-class _NotYamlError(ValueError):
-    def __init__(self, message: str, line: int, column: int) -> None:
-        super().__init__(message)
-        self.line, self.column = line, column
-
-
 def _tree(text: str) -> Node | None:
     """Return the root of the only document, or None if there is none.
 
-    libyaml is ten times as fast; PyYAML itself reports what is wrong, the same everywhere.
+    libyaml is ten times as fast; PyYAML itself reports mistakes, the same everywhere.
     """
-    with suppress(YAMLError, ValueError, OverflowError):
+    try:
         root: Node | None = _FastLoader(text).get_single_node()
-        return root
-    try:
-        loader = _Loader(text)
-    except ReaderError as error:
-        raise _special_character(text, error) from None
-    try:
-        root = loader.get_single_node()
-    except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        message = error.problem or error.context or "not understood"
-        if "'\\t'" in message:
-            message += " (indent with spaces, not with tabs)"
-        raise _NotYamlError(message, mark.line + 1, mark.column + 1) from None
-    except ReaderError as error:
-        raise _special_character(text, error) from None
-    except (ValueError, OverflowError):  # an escape such as "\UFFFFFFFF"
-        raise _NotYamlError("no such character", loader.line + 1, loader.column + 1) from None
-    except RecursionError:
-        raise _NotYamlError(_TOO_DEEP, loader.line + 1, loader.column + 1) from None
+    except YAMLError:
+        root = _Loader(text).get_single_node()
     return root
+
+
+def _not_yaml(data: bytes, error: Exception) -> tuple[int, int, str]:
+    """Return line and column, from 1, of a mistake in a file, and a message."""
+    if isinstance(error, MarkedYAMLError) and (mark := error.problem_mark or error.context_mark):
+        message = error.problem or error.context or "not understood"
+        tab = " (indent with spaces, not with tabs)" if "'\\t'" in message else ""
+        return mark.line + 1, mark.column + 1, message + tab
+    if isinstance(error, ReaderError):
+        message = f"the character {display(chr(error.character))} may not stand in a file"
+        before = data.decode("utf-8-sig")[: error.position]
+    else:
+        message = "not text in UTF-8"
+        before = data[: getattr(error, "start", 0)].decode("latin-1")
+    return before.count("\n") + 1, len(before) - before.rfind("\n"), message
 
 
 class _Loader(yaml.BaseLoader):
@@ -256,7 +227,6 @@ class _FastLoader(getattr(yaml, "CBaseLoader", yaml.BaseLoader)):  # type: ignor
     """The same by libyaml, where PyYAML has it."""
 
 
-_TOO_DEEP = f"nested deeper than {DEEPEST} levels"
 _TAG = "tag:yaml.org,2002:"
 # Tag, pattern of the plain scalars that get it, and the characters that those begin with.
 _CORE = [
@@ -280,69 +250,48 @@ for _name, _pattern, _first in _CORE:
         _class.add_implicit_resolver(_TAG + _name, re.compile(rf"(?:{_pattern})\Z"), _first)
 
 
-class _Values:
-    """Turns the nodes of one file into values, each node once however many aliases it has."""
-
-    def __init__(self, file: YamlFile) -> None:
-        self.file = file
-        self.done: dict[int, Any] = {}
-        self.open: set[int] = set()
-
-    def of(self, node: Node, loc: Loc) -> Any:
-        if len(loc) >= DEEPEST:  # the limit of Python's own stack is a traceback
-            raise _NotYamlError(_TOO_DEEP, _line(node), node.start_mark.column + 1)
-        if id(node) in self.open:
-            self._blame(node, loc, "an alias (*) stands inside what it refers to")
+def _value(file: YamlFile, node: Node, loc: Loc) -> Any:
+    """Return the value of a node; list in the file's `problems` why it has none."""
+    kind = node.tag.removeprefix(_TAG)
+    if isinstance(node, MappingNode) and kind == "map":
+        return _mapping(file, node, loc)
+    if isinstance(node, SequenceNode) and kind == "seq":
+        return [_value(file, item, (*loc, i)) for i, item in enumerate(node.value)]
+    if isinstance(node, ScalarNode) and kind in _SCALARS:
+        try:
+            return _SCALARS[kind](node.value)
+        except (ValueError, KeyError):
+            _blame(file, node, loc, f"{display(node.value)} is not of the kind !!{kind}")
             return None
-        if id(node) not in self.done:
-            self.open.add(id(node))
-            self.done[id(node)] = self._made(node, loc)
-            self.open.discard(id(node))
-        return self.done[id(node)]
-
-    def _made(self, node: Node, loc: Loc) -> Any:
-        kind = node.tag.removeprefix(_TAG)
-        if isinstance(node, MappingNode) and kind == "map":
-            return self._mapping(node, loc)
-        if isinstance(node, SequenceNode) and kind == "seq":
-            return [self.of(item, (*loc, i)) for i, item in enumerate(node.value)]
-        if isinstance(node, ScalarNode) and kind in _SCALARS:
-            try:
-                return _SCALARS[kind](node.value)
-            except (ValueError, KeyError):
-                self._blame(node, loc, f"{display(node.value)} is not of the kind !!{kind}")
-                return None
-        self._blame(node, loc, f"the tag {display(node.tag)} has no meaning here")
-        return None
-
-    def _mapping(self, node: MappingNode, loc: Loc) -> dict[Any, Any]:
-        mapping: dict[Any, Any] = {}
-        lines: dict[Any, int] = {}
-        for key_node, value_node in node.value:
-            if not isinstance(key_node, ScalarNode):
-                self._blame(key_node, loc, "a key must be a name, not a list or a mapping")
-                continue
-            key = self.of(key_node, loc)
-            key = str(key) if isinstance(key, Quoted) else key
-            here = (*loc, as_part(key))
-            value = self.of(value_node, here)
-            if key in mapping:
-                message = f"the key {display(key)} is given twice (first in line {lines[key]})"
-                self._blame(key_node, here, message)
-                continue
-            mapping[key], lines[key] = value, _line(key_node)
-        return mapping
-
-    def _blame(self, node: Node, loc: Loc, message: str) -> None:
-        line = _line(node)
-        self.file.problems.append(Problem(f"{self.file.label}:{line}", loc, message, line=line))
+    _blame(file, node, loc, f"the tag {display(node.tag)} has no meaning here")
+    return None
 
 
-def _integer(text: str) -> int | float:
-    digits = text.lstrip("+-0")
-    # Nothing here is that large, and Python neither reads nor writes integers without bounds.
-    if len(digits) > 400:
-        return float("-inf" if text.startswith("-") else "inf")
+def _mapping(file: YamlFile, node: MappingNode, loc: Loc) -> dict[Any, Any]:
+    mapping: dict[Any, Any] = {}
+    lines: dict[Any, int] = {}
+    for key_node, value_node in node.value:
+        if not isinstance(key_node, ScalarNode):
+            _blame(file, key_node, loc, "a key must be a name, not a list or a mapping")
+            continue
+        key = _value(file, key_node, loc)
+        key = str(key) if isinstance(key, Quoted) else key
+        here = (*loc, as_part(key))
+        value = _value(file, value_node, here)
+        if key in mapping:
+            message = f"the key {display(key)} is given twice (first in line {lines[key]})"
+            _blame(file, key_node, here, message)
+            continue
+        mapping[key], lines[key] = value, _line(key_node)
+    return mapping
+
+
+def _blame(file: YamlFile, node: Node, loc: Loc, message: str) -> None:
+    line = _line(node)
+    file.problems.append(Problem(f"{file.label}:{line}", loc, message, line=line))
+
+
+def _integer(text: str) -> int:
     return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10))
 
 
@@ -374,22 +323,6 @@ def _child(node: Any, part: str | int) -> tuple[int, Any] | None:
             if key.value == part:
                 return key.start_mark.line, value
     return None
-
-
-def _decoded(data: bytes) -> str:
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        before = data[: error.start]
-        column = error.start - before.rfind(b"\n")
-        raise _NotYamlError("not text in UTF-8", before.count(b"\n") + 1, column) from None
-
-
-def _special_character(text: str, error: ReaderError) -> _NotYamlError:
-    before = text[: error.position]
-    column = error.position - before.rfind("\n")
-    message = f"the character {display(text[error.position])} may not stand in a file"
-    return _NotYamlError(message, before.count("\n") + 1, column)
 
 
 def _line(node: Node | None) -> int:
