@@ -13,8 +13,8 @@ _IMPACT = 0
 
 
 class Amplitudes(NamedTuple):
-    """One entry for each cycle, from an impact on the right wall to the first after one on the
-    left wall."""
+    """Columns over cycles; a cycle begins at the first impact on the right wall after a left
+    one."""
 
     theta: np.ndarray
     """Free mass's displacement at the impact that begins it, over the clearance."""

@@ -146,9 +146,10 @@ def chatter_in_range(cube: xr.Dataset, along: str, low: float, high: float) -> d
     Returns
     -------
     dict of str to float
-        ``lowest`` and ``highest`` value with chatter, NaN without any; of the values ``in_range``
-        and ``outside`` those that chatter: ``chatter_in_range``, ``chatter_outside``; those of
-        neither, because a run stopped early and no other chatters: ``unknown``.
+        ``lowest`` and ``highest``: least and greatest value with chatter, NaN without chatter.
+        ``in_range``, ``outside``: number of values there; ``chatter_in_range``,
+        ``chatter_outside``: number of these with chatter. ``unknown``: number of values where a run
+        stopped early and no run chatters.
     """
     need_axes(cube, along)
     need_variables(cube, "bursts", "chatter")
@@ -191,8 +192,8 @@ def _percent(fraction: float) -> str:
 def hulls(found: pd.DataFrame, along: str) -> pd.DataFrame:
     """Lowest and highest value with chatter of `chatter_intervals`, narrow intervals left out.
 
-    One row for each place, threshold and predicate with such an interval; columns as there, without
-    ``narrow`` and ``cut``.
+    A row for each place, threshold and predicate with chatter; the columns of `chatter_intervals`
+    without ``narrow`` and ``cut``.
     """
     lower, upper = f"{along}_lower", f"{along}_upper"
     wide = found[~found["narrow"]]
@@ -206,9 +207,9 @@ def hulls(found: pd.DataFrame, along: str) -> pd.DataFrame:
 def edge_moves(found: pd.DataFrame, along: str, low: str, high: str) -> pd.DataFrame:
     """How far the hulls of `chatter_intervals` move from one visibility threshold to another.
 
-    One row for each place and predicate with chatter at the threshold `low`: its place,
-    ``chatter``, ``lower`` and ``upper``, the moves of the edges in units of the axis, NaN where
-    there is no chatter at `high`.
+    A row for each place and predicate with chatter at the threshold `low`: the place, ``chatter``,
+    and the moves ``lower`` and ``upper`` of the edges in units of the axis, NaN where no run
+    chatters at `high`.
     """
     spans = hulls(found, along)
     spans = spans.drop(columns=["lower_survives", "upper_survives"])
@@ -286,7 +287,7 @@ def _survives(inside: float, outside: float | None, holds_at: Callable[[float], 
     """Whether an edge is still there after every one of the `SHIFTS` of the values on its sides."""
     if outside is None:
         return True
-    # Towards each other, so that they stay in the parameter's range.
+    # The interval only shrinks, so both ends stay in the parameter's range.
     towards = math.copysign(1.0, outside - inside)
     within, beyond = towards * abs(inside), towards * abs(outside)
     return all(
@@ -298,7 +299,7 @@ def _survives(inside: float, outside: float | None, holds_at: Callable[[float], 
 def bisected(
     inside: float, outside: float, holds_at: Callable[[float], bool], resolution: float
 ) -> tuple[float, float]:
-    """Bring a value at which something holds and one at which it does not within a resolution."""
+    """Bisect between a value that chatters and a value that does not, down to a resolution."""
     while abs(outside - inside) > resolution * (1.0 + 1e-9):
         middle = 0.5 * (inside + outside)
         if middle in (inside, outside):

@@ -1,4 +1,4 @@
-"""What people read in figures and tables for the names and numbers in files and code."""
+"""Labels: words for names, and text for numbers, in figures and tables."""
 
 import math
 

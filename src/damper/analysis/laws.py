@@ -1,8 +1,8 @@
-"""What the laws of the model came to in the runs of a cube, over all of them and by regime.
+"""Largest violations of the model's laws in a cube, over all runs and by regime.
 
-Regimes are parts of the parameter box where accuracy may degrade. Those of the first six parameters
-are of the rigid model, so that what another model adds is seen in its own rows. Why accuracy ends
-in some of them stands in docs/limits.md.
+Regimes are parts of the parameter box where accuracy may degrade. Regimes of the first six
+parameters hold runs of the rigid model; every other model has rows of its own. docs/limits.md
+explains where accuracy ends.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def excesses(cube: xr.Dataset) -> pd.DataFrame:
 
 
 def regimes(cube: xr.Dataset) -> list[Row]:
-    """Return one row for all runs, then one for each regime that has any.
+    """Return a row for all runs, then a row for each regime with runs.
 
     Parameters
     ----------

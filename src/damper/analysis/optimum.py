@@ -138,7 +138,7 @@ def best_clearance(
 def damping_shares(
     cube: xr.Dataset, along: str = "frequency_ratio", good: float = GOOD
 ) -> dict[str, float]:
-    """What the well damped runs of a cube have in common: shares and medians.
+    """Return shares and medians over the well damped runs of a cube.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def damping_shares(
     }
 
 
-#: What holds a free mass in its place.
+#: Quantities that hold a free mass in its place.
 _HELD = ("support_stiffness_ratio", "support_stiffness")
 
 #: Variables that tell whether the walls are touched.
@@ -205,7 +205,7 @@ CONTACT = ("impacts_per_period", "bursts_per_period", "sticking_fraction")
 def contact(cube: xr.Dataset) -> xr.DataArray | None:
     """Return whether the walls are touched at each point, NaN where a run stopped.
 
-    None if the cube has neither impacts nor bursts.
+    Is None if the cube holds no impacts and no bursts.
     """
     known = [cube[name] for name in CONTACT if name in cube]
     if not known:
@@ -219,8 +219,8 @@ def contact(cube: xr.Dataset) -> xr.DataArray | None:
 def from_exact_rest(cube: xr.Dataset) -> bool:
     """Whether all runs start at exact rest, and nothing but that holds the free mass.
 
-    Then it may stay where it is, its walls untouched, which any relative velocity ends: without
-    friction it drifts to a wall. So these runs do not say what a damper does.
+    A free mass at rest between its walls may stay there for ever, while any relative velocity takes
+    it to a wall. Such runs say nothing about the damper.
     """
     starts = [cube[name] for name in cube.coords if name in (*INITIAL_NAMES, *_HELD)]
     moved = any((one != 0.0).any() for one in starts)

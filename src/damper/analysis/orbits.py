@@ -66,17 +66,18 @@ def follow_orbits(
     Parameters
     ----------
     entries : mapping
-        Name of the motion -> `along`, the axis; `start`, the value at which a run from rest that
-        has settled shows it; `period`; `settle`, periods of that run; `max_orbits`; `at`, values of
-        other axes; `curves`, kind of a special point -> parameter -> its range.
+        Name of the motion -> `along`, the axis; `start`, the value at which a run from rest settles
+        on the motion; `period`; `settle`, periods of that run; `max_orbits`; `at`, values of other
+        axes; `curves`, kind of a special point -> parameter -> range.
     fixed, axes : mapping
         Values of the study's quantities.
     at : float, default 0
-        Part of the forcing period at which `displacement` and `velocity` are those of the orbit.
+        Part of the forcing period at which `displacement` and `velocity` are taken.
     forcing : mapping, optional
         What drives the damper, as `Forcing.settings`; a harmonic force by default.
     masses : int, default 0
-        How many free masses it lists; what one has of its own is a quantity, such as `clearance_1`.
+        Number of listed free masses; a constant of a single mass is a quantity such as
+        `clearance_1`.
 
     Returns
     -------
@@ -151,7 +152,7 @@ def _of_orbits(
     count: int,
     at: float,
 ) -> dict[str, xr.Variable]:
-    """Return what is kept of orbits, each with the number of its branch and its value there."""
+    """Return the variables of orbits, each orbit with its branch's number and its value there."""
     section = np.full((len(orbits), turns, 2), np.nan)
     multipliers = np.full((len(orbits), count), np.nan)
     for row, (_, orbit) in enumerate(orbits):

@@ -1,6 +1,6 @@
 """Several runs at each point as one number: the worst of them, or the part with some property.
 
-Runs of some points, too: those of the design at which the worst is best.
+Selects runs as well: the runs of the design whose worst case is best.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from damper.parameters.names import unknown_name
 from damper.parameters.quantity import in_range
 from damper.parameters.variables import WORST
 
-#: What differs by less than the rest of a transient counts as equal.
+#: Relative difference below which two values count as equal: a rest of the transient.
 _EQUAL = 1e-6
 #: Settings of a figure that reduce runs, in the order in which they do.
 REDUCTIONS = ("worst", "band", "share", "choose")
-#: What the spread of a variable is called in a cube, after its name.
+#: Endings of the names that a cube gives to the spread of a variable.
 MEDIAN, BEST, _SHARE = "_median", "_best", "_share"
 
 

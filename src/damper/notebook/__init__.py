@@ -1,4 +1,4 @@
-"""One run and one cube at hand, for a notebook or a shell.
+"""`damper.run` and the accessor ``cube.damper``, for notebooks and shells.
 
 ``import damper.notebook`` gives every xarray.Dataset that a study made an accessor ``damper``.
 """

@@ -32,9 +32,9 @@ class CubeAccessor:
 
     A point is given by its values along the cube's dimensions, such as
     ``cube.damper.history(restitution=0.6, frequency_ratio=1.3)``, and by its ``direction`` and
-    ``draw``; the nearest one of the grid is taken, at most half a step away. What lies along a
-    dimension of one value may be left out. A point of a continuation moves as it did in the cube:
-    its branch is run again up to there.
+    ``draw``; the nearest one of the grid is taken, at most half a step away. A dimension with a
+    single value may be left out. A point of a continuation moves as in the cube: its branch is run
+    again up to this point.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""`damper.run`: one run with its events, its motion, its bursts and their figures."""
+"""`damper.run`: a run with its events, motion, bursts and figures."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MOST = 10_000
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Run:
-    """One run, from time 0 or that of `state` on. Made by `run`, and by ``cube.damper.run``.
+    """A run from the time of `state`, or from 0; made by `run` and by ``cube.damper.run``.
 
     Attributes
     ----------

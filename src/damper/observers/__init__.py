@@ -1,8 +1,9 @@
 """Observers: passes over the segment log, one file each.
 
-The file's name is that of the observer, and the first class in it that derives from
-`damper.observers.common.base.Observer` is the observer: nothing else names it. One that is not
-asked for is neither imported nor compiled. None can change the trajectory: they only read the log.
+A file has its observer's name, and the first class in it that derives from
+`damper.observers.common.base.Observer` is the observer: nothing else names it. An observer that
+nobody asks for is neither imported nor compiled. Observers only read the log, so they cannot change
+the trajectory.
 """
 
 import pkgutil

@@ -1,4 +1,4 @@
-"""Complete bursts beside theory: what was left of each after each impact, predicted and resolved.
+"""Complete bursts beside theory: the time left after each impact, predicted and resolved.
 
 The bursts are those of `damper.observers.bursts` that begin in the window and end in sticking in
 it. Their ends are resolved bounce by bounce up to a tail so short that the engine closes it by the

@@ -13,8 +13,8 @@ from damper.parameters.variables import TIME, Variable
 class BurstAt(EachBurst):
     """The chatter burst that begins nearest to a time: onset, duration, sticking and impacts.
 
-    A burst is chatter from five visible impacts on. One that the record's end cuts is left out,
-    because its end is not known. Of two equally near ones it is the earlier.
+    A burst is chatter from five visible impacts on. A burst that the window's end cuts is left out,
+    because its end is not known. Of two equally near bursts the earlier counts.
     """
 
     time = Setting(0.0, "Where to look, counted from the start of the record.", TIME_UNITS, ge=0)

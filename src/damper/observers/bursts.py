@@ -1,8 +1,8 @@
 """Bursts: runs of consecutive impacts on one wall, and whether they end in sticking.
 
 A burst ends at an impact on the other wall or at sticking. It belongs to the window in which it
-begins, so the rate of a periodic motion is exact over whole periods. One that the window's end cuts
-is neither complete nor incomplete in the fraction, nor listed, because its end is not known.
+begins, so the rate of a periodic motion is exact over whole periods. A burst that the window's end
+cuts has no known end: it is not listed, and the fraction of complete bursts leaves it out.
 """
 
 from typing import Any
@@ -49,7 +49,7 @@ _STATE = record_type(
 # Walls: no burst under way; one that began before the window; nothing read yet.
 _NONE, _EARLIER, _UNKNOWN = 0.0, 2.0, 3.0
 
-#: What is known of one burst, in the order of the columns.
+#: Columns of the list of bursts, in their order.
 RECORDS = (
     Variable("burst_onset", "time of the first impact since the start of the record", TIME_UNIT),
     Variable("burst_onset_period", "whole cycles in the time of the first impact", "1"),

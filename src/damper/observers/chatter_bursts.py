@@ -16,8 +16,8 @@ _TOTALS = record_type("chatter", "complete", "sticking", "duration", "onset")
 class ChatterBursts(EachBurst):
     """How many bursts are chatter, how many of them complete, and how long these last.
 
-    In the whole record and in later parts of it. A burst belongs to the parts in which it begins;
-    one that the record's end cuts to none.
+    In the whole window and in later parts of it. A burst belongs to the parts in which it begins; a
+    burst that the window's end cuts belongs to no part.
     """
 
     since = Setting(

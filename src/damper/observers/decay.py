@@ -34,7 +34,7 @@ _MAX_ITERATIONS = 100
 _AT_END = 1e-12
 
 _NONE = "missing unless the vibration is free"
-#: What `vibration` is, in the order of its values.
+#: Choices of `vibration`, in the order of their values.
 _VIBRATIONS = ("free", "forced")
 
 
@@ -53,8 +53,8 @@ class Decay(Observer):
     delta = ln(A1 / A2), delta / sqrt(4 pi^2 + delta^2). It is that of the dashpot where the free
     mass takes no part, and negative where the peaks grow.
 
-    Energies are sums over the record, in units of F0^2/K: what there was at its start, less losses,
-    is left. With `bodies` what goes to impacts is that of each of several masses.
+    Energies are sums over the window, in units of F0^2/K: the energy at the end is the energy at
+    the start less the losses. With `bodies`, each of several masses has its own impact loss.
 
     Under a force, but after the end of a record or noise, and with a free mass that varies, all
     stays missing but `vibration`, which says so, and studies refuse it.

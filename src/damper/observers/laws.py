@@ -2,7 +2,7 @@
 
 The state at the end of each segment is read from the closed form and compared with the start of the
 next one, so the laws of impact and continuity are tested on the log and not on what the event loop
-reports of itself. What a model has of its own is in the module `laws` beside it.
+reports of itself. Each model's own laws are in the module `laws` beside it.
 """
 
 import math
@@ -60,10 +60,10 @@ _SAMPLE = record_type(*Sample._fields)
 class Laws(Observer):
     """How far each law of the model is violated over the record, at worst.
 
-    Violations are relative to the sizes of the terms whose difference they are, so that roundoff is
-    some 1e-16 to 1e-15 in each; beyond 1e-12 a law is broken. What a run does not have, such as
-    impacts, is missing. A record begins with the segment under way; that of a run that stopped
-    early is as long as it came.
+    A violation is a difference of two sides of a law over the size of its terms, so roundoff is
+    some 1e-16 to 1e-15; beyond 1e-12 a law is broken. A run without impacts has NaN for their laws.
+    The window begins with the segment under way; the window of a run that stopped early ends where
+    the run stopped.
     """
 
     models = tuple(MODELS)
@@ -165,7 +165,7 @@ def _add_energies(model, tables, s, is_last, found):
             way = s.duration * (abs(s.v) + abs(s.gap_rate) + speed)
         found.input_size += mass_ratio * on_mass * way
     found.lost += 2.0 * model.free.damping * part.speed_square + part.support + part.loss
-    # What an impact at the start of the first segment lost, is lost before the record.
+    # The loss of an impact at the start of the first segment belongs to the time before the window.
     if s.cause == IMPACT and found.segments > 0.0:
         found.lost += impact_loss(model, s)
     found.largest = max(found.largest, _energy_size(model, s))
@@ -191,7 +191,7 @@ def _compare(model, last, end, s, found):
         gap = 2.0 * model.clearance - gap
         rate = -rate
         size += 2.0 * model.clearance
-    # A velocity's terms: those of the start and what spring, force and dashpot add.
+    # Terms of a velocity: the velocity at the start, and the share of spring, force and dashpot.
     added = (force + abs(last.x)) * min(last.duration, 1.0)
     added += abs(last.v) * min(2.0 * model.free.damping * last.duration, 1.0)
     added += mass_speed(model.mass, model.clearance, abs(end.x), abs(last.v), last.duration)
@@ -269,7 +269,7 @@ def _sample_contact(model, s, found):
         x, v, gap, rate = motion(model, s, min(half, s.duration))
         depth = _depth(model, Sample(x, v, gap, rate, gap))
         found.penetration = larger(found.penetration, depth)
-    # Without a force to look at, one in the middle: what is not finite is not so at one time only.
+    # Without a contact force, one sample in the middle: a value that is not finite stays so.
     samples = 1
     if sticks:
         rate = max(model.free.rate, rate_of(model.free.forcing))

@@ -125,8 +125,8 @@ class Lyapunov(Observer):
         kept = np.repeat(np.append(1.0, self._own), 2) > 0.0
         frame = directions_at(self._model, row)[:, kept]
         if len(leaders) > 1:
-            # What vanishes where one of them rests must not be all that a direction has: mirrored,
-            # each has a part of all.
+            # A coordinate vanishes where its mass rests, so no direction may consist of it alone:
+            # reflected, each direction has a share of every coordinate.
             across = 1.0 / np.arange(1.0, frame.shape[1] + 1.0)
             frame = frame - np.outer(frame @ across, across) * (2.0 / (across @ across))
         frame = frame[:, : self.exponents]

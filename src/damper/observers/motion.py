@@ -15,17 +15,17 @@ from damper.observers.common.sections import write_sample
 from damper.observers.common.settings import BODIES, Setting
 from damper.parameters.variables import Variable
 
-#: Impacts on each wall outside complete chatter, chatter sequences that completed there, and how
-#: many impacts followed each other on which wall.
+#: Counts on each wall: impacts outside complete chatter, complete chatter sequences, and runs of
+#: consecutive impacts.
 _COUNTS = record_type("left", "right", "left_complete", "right_complete", "open", "wall")
 
 
 class ObservedMotion(Observer):
     """After how many cycles the motion repeats, and what happens in that time.
 
-    The record's end is compared with itself half a cycle by half a cycle: a
-    motion of n periods is one whose last n periods are those before. Others are quasi-periodic or
-    chaotic, or have not settled: `lyapunov` tells which.
+    The window's end is compared with itself in steps of half a cycle: in a motion of n periods the
+    last n periods repeat the n periods before them. Every other motion is quasi-periodic, chaotic
+    or not yet settled; `lyapunov` distinguishes these.
     """
 
     bodies = BODIES

@@ -1,8 +1,8 @@
 """Response of the primary: its rms and peak displacement, and where the energy goes.
 
-Everything is exact to roundoff over the recorded window; nothing is sampled. Segments that the
-window's ends cut count with the part inside. How integrals and peak are found is in
-`damper.models.response`; what a model has of its own in the module `response` beside it.
+Every value is exact to roundoff over the window; nothing is sampled. A segment that the window's
+ends cut counts with its part inside. `damper.models.response` has the integrals and the peak; a
+model's own terms are in the module `response` beside it.
 """
 
 import math
@@ -89,12 +89,12 @@ class Response(Observer):
     A = force_amplitude / sqrt((1 - omega^2)^2 + (2 zeta omega)^2) under one harmonic; the two
     ratios compare with it, are zero where it is infinite, and missing under any other force, but
     where a run `without_damper` is asked for.
-    Energies are means per cycle, in units of F0^2/K. In the frame of a base that moves all is
-    relative to the base, and the work is that of inertia on both masses. An impact of
-    approach speed s loses (1/2) mu / (1 + mu) (1 - r^2) s^2; one at exactly the start of the
-    record counts. The stored energy, of which the residual takes the change, is
-    (1/2) (v^2 + x^2 + mu u^2). A free mass that varies takes mu at the moment, and the residual
-    counts the work of its modulation as input.
+    Energies are means per cycle, in units of F0^2/K. In the frame of a moving base, all quantities
+    are relative to the base, and the work is done by inertia on both masses. An impact of approach
+    speed s loses (1/2) mu / (1 + mu) (1 - r^2) s^2; one at exactly the start of the record counts.
+    The stored energy, of which the residual takes the change, is (1/2) (v^2 + x^2 + mu u^2). A free
+    mass that varies takes mu at the moment, and the residual counts the work of its modulation as
+    input.
 
     With compliant contact, an impact's loss is that of the contact's dashpot, lasting contacts
     included, and the energy in the contact's spring is stored energy.
@@ -248,7 +248,7 @@ class Response(Observer):
 
 def lost_between_impacts(model: Any, total: Any) -> tuple[float, float]:
     """Energy lost in dashpots and in dry friction, by the fields of `TOTALS`."""
-    # What a support takes and what friction does are one number: no damper has both.
+    # The support's loss and the friction's loss share one number: no damper has both.
     rubs = "sliding" in models_of(model)
     support, friction = (0.0, total.support) if rubs else (total.support, 0.0)
     return 2.0 * model.free.damping * total.speed_square + support, friction

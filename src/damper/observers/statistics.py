@@ -53,7 +53,7 @@ MEANS: dict[str, tuple[str, str, str, str, str]] = {
     ),
 }
 
-#: What is not of one of several free masses.
+#: Variables of the whole system, without a dimension of masses.
 _OF_ALL = ("mean_potential_energy", "mean_kinetic_energy", "mean_input", "mean_loss")
 
 
@@ -103,7 +103,7 @@ class Statistics(Observer):
         if not finished:
             return
         mass, cycle = self._model.mass_ratio, self._model.cycle
-        # What a quotient of the sums is multiplied by.
+        # Factor of each quotient of sums.
         factors = {"x2": 0.5, "v2": 0.5, "u2": 0.5 * mass, "place2": 1.0}
         factors["approach2"] = 0.5 * mass / (1.0 + mass)
         for name, (_, _, over, under, _) in MEANS.items():

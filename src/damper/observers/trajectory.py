@@ -34,9 +34,9 @@ from damper.parameters.variables import TIME as TIME_UNIT
 
 #: A row of the result; the fields are variables without ``trajectory_``.
 _ROW = record_type("time", "displacement", "velocity", "event", "body")
-#: What is written of each free mass, in the order of `masses_at`.
+#: Variables of each free mass, in the order of `masses_at`.
 _OF_MASSES = ("free_displacement", "free_velocity", "mode")
-#: How many rows, samples and events there are so far.
+#: Numbers of rows, samples and events so far.
 _COUNTS = record_type("rows", "samples", "events", "left_out")
 
 

@@ -1,7 +1,7 @@
 """Tables: a cube -> CSV and Markdown, one file for each kind.
 
-The file's name is that of the kind; it holds the class of its settings and its `make`. What both
-files of a table look like stands here, for all tables.
+A kind's file has the kind's name and holds its settings class and its `make`. This module writes
+the two files of every table.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from damper.tables import Table, number, place_cells, with_units
 #: Axes of stiffness, in either system of units.
 STIFFNESSES = ("contact_stiffness_ratio", "contact_stiffness")
 
-#: What may be compared with the rigid damper beside what has one value at each point -> observers.
+#: Recorded variables that may be compared with the rigid damper -> their observers.
 _RECORDED = {
     "displacement": SECTIONS,
     "velocity": SECTIONS,

@@ -1,4 +1,4 @@
-"""Table of the laws: what each one came to, over all runs and in each regime."""
+"""Table of the laws: largest violation of each law, over all runs and in each regime."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _OUTCOME_WORDS = ("finished", "stopped by their event budget", "stopped because 
 
 
 class LawsTable(Product):
-    """What each law came to, over all runs and in each regime."""
+    """Largest violation of each law, over all runs and in each regime."""
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         need_laws(study, mistakes)

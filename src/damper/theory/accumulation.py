@@ -35,7 +35,7 @@ LONGEST = 1e6
 
 
 class Prediction(NamedTuple):
-    """What is left of a chatter sequence after one of its impacts; NaN where nothing is predicted.
+    """Time and travel from an impact to the end of its chatter sequence; NaN without a prediction.
 
     Times in units of sqrt(M/K); the primary's displacements from that impact to completion, in
     units of F0/K. `error` estimates that of the second-order time, relative to the first-order

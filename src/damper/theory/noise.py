@@ -46,7 +46,7 @@ def intensity(parameters: Parameters) -> float:
             f"forcing = {noise!r}: the laws are those of a damper.Noise of='force' in whose band "
             "the primary's frequency 1 lies"
         )
-    # Lines between samples: what they leave of the amplitude, squared twice.
+    # Linear interpolation between samples lowers amplitudes by `between` squared.
     between = math.sin(0.5 * noise.step) / (0.5 * noise.step)
     density = noise.duration / (2.0 * math.pi * noise.lines) * between**4
     return 0.5 * math.pi * density * parameters.force_amplitude**2

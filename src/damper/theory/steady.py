@@ -6,7 +6,7 @@ import math
 from damper.parameters import Parameters
 from damper.parameters.dampers import need_known
 
-#: What makes the steady response, and what does not act on the primary alone.
+#: Quantities of the steady response; quantities that act on the free mass only.
 PRIMARY = ("damping_ratio", "frequency_ratio", "phase", "force_amplitude")
 FREE_MASS = (
     "mass_ratio",

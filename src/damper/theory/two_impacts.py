@@ -2,8 +2,8 @@
 
 One impact on each wall per period, the second half of the period the mirror image of the first
 (Masri, J. Acoust. Soc. Am. 47, 1970, 229-237; Bapat and Sankar, J. Sound Vib. 99, 1985, 85-94).
-Just after the impact on the right wall the free mass leaves it at the speed V > 0, and half a
-period h = pi/omega later it arrives on the left one. So
+The free mass leaves the right wall at the speed V > 0 and arrives at the left wall half a period h
+= pi/omega later. So
 
     x0  = V h / 2 - d                          half of the path V h is x0 + d
     u-  = -V (1 - r + 2 mu) / (1 + r)          velocity of the primary before the impact
@@ -102,10 +102,10 @@ class Orbit:
     def multipliers(self) -> np.ndarray:
         """Floquet multipliers of the half period, complex, the largest first; shape (4,).
 
-        Eigenvalues of the derivative of the map that takes the state just after an impact to that
-        after the next one, mirrored back: flow, reflection, saltation (Leine and Nijmeijer,
-        Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004). Those of the whole
-        period are their squares.
+        Eigenvalues of the derivative of the half-period map, from the state just after an impact to
+        the mirrored state just after the next impact: flow, reflection, saltation (Leine and
+        Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004). The
+        multipliers of the whole period are their squares.
         """
         values = np.linalg.eigvals(_half_period_map(self))
         return values[np.lexsort((-values.imag, -abs(values)))]
@@ -118,8 +118,8 @@ class Orbit:
     def stroboscopic(self, at: float = 0.0) -> tuple[float, float]:
         """Displacement and velocity of the primary at a fraction `at` of the forcing period.
 
-        Time zero is that of `parameters`. The orbit is its own mirror image, half a period later,
-        so there is one such point.
+        Time zero is that of `parameters`. The orbit is its own mirror image half a period later, so
+        one point describes it.
         """
         p = self.parameters
         turn = math.fmod(math.tau * at + p.phase - self.forcing_phase, math.tau)
@@ -300,7 +300,7 @@ def _half_period_map(orbit: Orbit) -> np.ndarray:
     half = math.pi / p.frequency_ratio
     flow = np.eye(4)
     flow[:2, :2] = _flow(p.damping_ratio, p.frequency_ratio, half)[:, :2]
-    # g'' = x'': what the primary's displacement gains beyond the straight line.
+    # g'' = x'': the gain of the primary's displacement beyond the straight line.
     flow[2] = [flow[0, 0] - 1.0, flow[0, 1] - half, 1.0, half]
     flow[3] = [flow[1, 0], flow[1, 1] - 1.0, 0.0, 1.0]
     # Seen from the other wall all four change their sign: x -> -x, g -> 2 d - g. So the impact is

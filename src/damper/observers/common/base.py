@@ -77,7 +77,7 @@ class Observer:
         for name, setting in self.settings.items():
             value = given.get(name, setting.default)
             setattr(self, name, setting.checked(f"{self.name}.{name}", value))
-        #: What is asked for -> models that it knows; "" is all else.
+        #: Setting -> the models that know it; the key "" holds the models of the observer itself.
         self._known = {"": self.models} | {
             name: s.models for name, s in self.settings.items() if s.models and getattr(self, name)
         }

@@ -27,7 +27,7 @@ def need_bodies(model: Any, name: str, bodies: tuple[int, ...]) -> None:
 class OfEachBody(Observer):
     """An observer for each of several free masses, along the dimension `body`.
 
-    What a mass has no part in, such as the primary's motion, is written once.
+    Variables without a dimension of masses, such as the primary's motion, are written once.
     """
 
     settings: ClassVar[dict[str, Setting]] = {}

@@ -1,7 +1,7 @@
 """The laws that every run keeps: their names, and how far off each may be. No engine is loaded.
 
-Violations are relative to the sizes of the terms whose difference they are, so that roundoff is
-some 1e-16 to 1e-15 in each.
+A violation is a difference of two sides of a law over the size of its terms, so roundoff is some
+1e-16 to 1e-15.
 """
 
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ import numpy as np
 from damper.engine.roundoff import EPSILON
 from damper.parameters.variables import Variable
 
-#: What the observer `laws` writes of each run.
+#: Variables that the observer `laws` writes, one value a run.
 LAW_VARIABLES = (
     Variable(
         "penetration",
@@ -63,7 +63,7 @@ LAW_NAMES = tuple(variable.name for variable in LAW_VARIABLES)
 
 #: Largest violation that is still roundoff; the target of the project for penetration.
 LIMIT = 1e-12
-#: What each segment may add to the energy balance: one roundoff, in the worst case always one way.
+#: Share of the energy balance that a segment may add: a roundoff, at worst always of the same sign.
 ENERGY_PER_SEGMENT = EPSILON
 
 

@@ -34,7 +34,7 @@ class Section(Observer):
         """Start on a run."""
         super().begin(run, trajectory, window)
         self._outputs = [array[run] for array in self.arrays.values()]
-        # One row per sample, for the compiled pass.
+        # A row for each sample, for the compiled pass.
         self._samples = np.empty((len(self._outputs[0]), len(self._outputs)))
         self._taken = 0
 
