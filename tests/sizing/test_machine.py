@@ -26,7 +26,12 @@ FRAME = {
     ("given", "words"),
     [
         ({"band": [30.0, 30.0]}, ["low must be less than high (value: [30.0, 30.0])"]),
-        ({"band": [0.0, 30.0]}, ["band", "0 Hz", "both > 0"]),
+        ({"band": [0.0, 30.0]}, ["0 to 30 Hz with a natural", "31.83 Hz: must be within 0.3183"]),
+        ({"band": [1.0, 1e300]}, ["1 to 1e+300 Hz with a natural", "to 3183 Hz"]),
+        ({"stiffness": 1e-300}, ["stiffness", "value: 1e-300", ">= 1e-09 and <= 1e+24"]),
+        ({"force_amplitude": 1e-320}, ["force_amplitude", "value: 1e-320", ">= 1e-12"]),
+        ({"gap_tolerance": 1e-20}, ["gap_tolerance: 1e-20 is lost in roundoff", "least 5e-09"]),
+        ({"title": "a\nb"}, ["title: the text has more than one line"]),
         ({"largest_gp": 1.0}, ["unknown key 'largest_gp'", "did you mean 'largest_gap'"]),
         ({"largest_mass": 200.0}, ["machine of 100 kg", "0.0001 to 100 kg"]),
         ({"largest_mass": 1e-5}, ["0.0001 to 100 kg"]),
@@ -36,6 +41,7 @@ FRAME = {
         ({"unbalance": 1.0}, ["force_amplitude and unbalance are given"]),
         ({"counts": "decay_time"}, ["decay_time does not go with force_amplitude"]),
         ({"materials": {"rubber": 0.3}}, ["restitution and materials are given", "exactly one"]),
+        ({"materials": {f"m{k}": 0.3 for k in range(21)}}, ["21 materials", "at most 20"]),
         ({"band": [40.0, 50.0]}, ["closed laws hold at the natural frequency, 31.83 Hz"]),
         ({"limit": 1e-4}, ["limit = 0.0001 m", "limit >= 0.181 mm", "mass of some 19.5 kg"]),
     ],
@@ -69,6 +75,10 @@ def test_the_best_material_is_named_with_its_origin() -> None:
     del given["restitution"]
     card = repr(damper.design(given, quick=True))
     assert "0.25, rubber (the origin of its restitution is not given)" in card
+    cork = {"materials": given["materials"] | {"cork": 0.25}}
+    assert "rubber (the origin of its restitution is not given) or cork (" in repr(
+        damper.design(given | cork, quick=True)
+    )
     del given["materials"]["rubber"]
     assert "0.05, lead (stated: a handbook)" in repr(damper.design(given, quick=True))
     del given["materials"]
@@ -87,6 +97,10 @@ def test_a_file_is_read_with_its_lines_and_options_count_before_it(tmp_path: Pat
     with pytest.raises(ConfigError, match=r"machine.yaml:1  mas\n .*\n .*\n .*'mass'\?"):
         damper.design(path)
     assert "unknown key 'mas'" in called("design", str(path), code=1)
+    assert "did you mean" not in called("design", str(tmp_path / "nofile.yaml"), code=1)
+    near = (called("design", str(tmp_path / name), code=1) for name in ("machin.yaml", "machine"))
+    assert all("did you mean 'machine.yaml'?" in message for message in near)
+    assert "the drive is missing" in called("design", "--quick", code=1)
 
 
 @pytest.mark.parametrize("key", ["force-record", "acceleration-record"])

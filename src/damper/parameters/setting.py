@@ -72,19 +72,23 @@ class Setting:
         return {name: bound for name, bound in bounds.items() if bound is not None}
 
     @property
+    def limits(self) -> str:
+        """The bounds, in words."""
+        signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+        return " and ".join(f"{signs[name]} {bound:g}" for name, bound in self.bounds.items())
+
+    @property
     def allowed(self) -> str:
         """What is allowed, in words."""
         if self.choices:
             return "one of " + ", ".join(map(repr, self.choices))
         if isinstance(self.default, bool):
             return "True or False"
-        signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
         kind = "whole number" if self.whole else "number"
         if isinstance(self.default, tuple):
             count = f"at least {self.least} " if self.least else ""
             kind = f"list of {count}distinct {kind}s, each"
-        limits = " and ".join(f"{signs[name]} {bound}" for name, bound in self.bounds.items())
-        words = "a", kind, limits, f"({self.units})" if self.units else ""
+        words = "a", kind, self.limits, f"({self.units})" if self.units else ""
         allowed = " ".join(word for word in words if word)
         return f"{allowed}, or {{'time': a number > 0, or 'end'}}" if self.timed else allowed
 

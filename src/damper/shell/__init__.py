@@ -135,7 +135,7 @@ class _DesignCommand(click.Command):
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         """Return the file, --quick and --output, and an option for each setting."""
-        from damper.sizing.machine import Machine
+        from damper.sizing.machine import SETTINGS, Machine
 
         made: list[click.Parameter] = super().get_params(ctx)
         for name, setting in Machine.model_fields.items():
@@ -145,12 +145,14 @@ class _DesignCommand(click.Command):
                 note.text for note in setting.metadata if getattr(note, "keyword", "") == "unit"
             ]
             file = name.endswith("_record")
+            limits = SETTINGS[name].limits if name in SETTINGS else ""
+            notes = ", ".join(filter(None, [*units, limits]))
             option = click.Option(
                 ["--" + name.replace("_", "-"), name],
                 type=str if file or name in ("title", "counts") else float,
                 nargs=2 if name in ("band", "restitution_range") else 1,
                 metavar="FILE" if file else None,
-                help=" ".join([f"{setting.description}", *(f"In {unit}." for unit in units)]),
+                help=f"{setting.description}" + f" [{notes}]" * bool(notes),
             )
             made.insert(-1, option)
         return made

@@ -23,6 +23,8 @@ _MORE = 1.01
 #: Steps along the gap when a periodic motion is followed, and motions at most.
 _FOLLOW: Mapping[str, Any] = {"step": 0.05, "max_orbits": 120, "until_change": True}
 _GAPS = (0.4, 2.5)
+#: Cycles of the machine in one run.
+_MOST_CYCLES = 1e6
 
 
 def _number(words: str, unit: str = "1", digits: int = 3) -> Any:
@@ -153,7 +155,10 @@ def design(
     (0.001055, 'm', 0.000181)
     """
     judge = Judge(_read(machine, given))
-    return _checked(_by_law(judge) if quick else _answer(judge, Search(judge).best()))
+    if quick:
+        return _checked(_by_law(judge))
+    _check_length(judge)
+    return _checked(_answer(judge, Search(judge).best()))
 
 
 def _read(machine: Any, given: Mapping[str, Any]) -> Machine:
@@ -164,6 +169,17 @@ def _read(machine: Any, given: Mapping[str, Any]) -> Machine:
             return machine
         machine = machine.model_dump(exclude_unset=True)
     return machine_of(dict(machine or {}) | dict(given))
+
+
+def _check_length(judge: Judge) -> None:
+    """Raise ValueError for runs that would not end."""
+    m, periods = judge.machine, judge.run["periods"]
+    cycles = periods if m.is_free else m.rate / math.tau * m.record.end if m.is_recorded else 0
+    if cycles > _MOST_CYCLES:
+        what = f"decay_to = {m.decay_to:g}: the decay" if m.is_free else "the record"
+        raise ValueError(
+            f"{what} takes {cycles:.2g} cycles of the machine: must be at most {_MOST_CYCLES:g}"
+        )
 
 
 def _without(judge: Judge, frequencies: list[float]) -> np.ndarray:

@@ -13,7 +13,7 @@ from pydantic import Field, ValidationError
 from damper.parameters.dampers import Parameters
 from damper.parameters.forcing import Record
 from damper.parameters.setting import Setting
-from damper.study.fields import NamedMapping, Pair, Strict, Text, Unit
+from damper.study.fields import Line, NamedMapping, Pair, Strict, Text, Unit
 from damper.study.messages import Mistakes, mistakes_of
 from damper.study.settings import Assumed, Stated, check_origin, declared_class
 from damper.study.yaml_file import ConfigError, Problem, read_yaml, unreadable
@@ -31,25 +31,42 @@ COUNTS = {
     "peak_acceleration": ("peak_acceleration", "m/s2", "largest acceleration between impacts"),
     "decay_time": ("fall_time", "s", "time of decay"),
 }
+#: Keys of which one is given -> what is said where none is.
+_EXACTLY_ONE = {
+    ("natural_frequency", "stiffness"): "the natural frequency is missing",
+    _DRIVES: "the drive is missing: what makes the machine vibrate",
+    ("restitution", "restitution_range", "materials"): "the restitution of the stops is missing",
+}
 AUTO = "auto"
 #: Restitutions of a range that the first grid has.
 _RESTITUTIONS = 4
 #: Least and largest free mass over that of the machine.
 MASS_RATIOS = (next(q.minimum for q in Parameters.quantities if q.name == "mass_ratio"), 1.0)
 
+#: Frequencies of a band over the natural one: beyond these the damper has nothing to do.
+FREQUENCY_RATIOS = (0.01, 100.0)
+#: Least tolerance over what it is of: less is lost in roundoff.
+_LEAST_TOLERANCE = 1e-6
+#: Of stops: with more, impacts take too little for a damper.
+LARGEST_RESTITUTION = 0.999
+#: Materials at most: each gets an answer of its own.
+MOST_MATERIALS = 20
+_MASS: Any = {"units": "kg", "ge": 1e-9, "le": 1e12}
+_LENGTH: Any = {"units": "m", "ge": 1e-12, "le": 1e6}
+
 #: All but those with words or several numbers.
 SETTINGS = {
-    "mass": Setting(1.0, "Vibrating mass of the machine.", "kg", gt=0, stated=True),
-    "natural_frequency": Setting(None, "Without the damper; or stiffness.", "Hz", gt=0),
-    "stiffness": Setting(None, "In place of natural_frequency.", "N/m", gt=0),
+    "mass": Setting(1.0, "Vibrating mass of the machine.", **_MASS, stated=True),
+    "natural_frequency": Setting(None, "Without the damper; or stiffness.", "Hz", ge=1e-6, le=1e9),
+    "stiffness": Setting(None, "In place of natural_frequency.", "N/m", ge=1e-9, le=1e24),
     "damping_ratio": Setting(0.0, "Part of critical damping.", ge=0, lt=1, stated=True),
-    "force_amplitude": Setting(None, "Amplitude of a harmonic force.", "N", gt=0),
-    "base_amplitude": Setting(None, "Amplitude of a base that moves.", "m", gt=0),
-    "unbalance": Setting(None, "Rotating mass times eccentricity.", "kg m", gt=0),
-    "initial_displacement": Setting(None, "From which free motion decays.", "m", gt=0),
+    "force_amplitude": Setting(None, "Amplitude of a harmonic force.", "N", ge=1e-12, le=1e15),
+    "base_amplitude": Setting(None, "Amplitude of a base that moves.", **_LENGTH),
+    "unbalance": Setting(None, "Rotating mass times eccentricity.", "kg m", ge=1e-15, le=1e15),
+    "initial_displacement": Setting(None, "From which free motion decays.", **_LENGTH),
     "largest_mass": Setting(1.0, "Of the damper's free mass.", "kg", gt=0, stated=True),
-    "largest_gap": Setting(1.0, "Room for its whole travel.", "m", gt=0, stated=True),
-    "restitution": Setting(None, "Rebound over approach speed.", ge=0, lt=1),
+    "largest_gap": Setting(1.0, "Room for its whole travel.", **_LENGTH, stated=True),
+    "restitution": Setting(None, "Rebound over approach speed.", ge=0, le=LARGEST_RESTITUTION),
     "mass_tolerance": Setting(0.0, "How far the free mass may be off, either way.", "kg", ge=0),
     "gap_tolerance": Setting(0.0, "How far the gap may be off, either way.", "m", ge=0),
     "restitution_tolerance": Setting(0.0, "How far that may be off, either way.", ge=0),
@@ -59,7 +76,7 @@ SETTINGS = {
         "decay_time; auto is the last one in free motion, else the first.",
         choices=(AUTO, *COUNTS),
     ),
-    "decay_to": Setting(0.1, "Part of the first peak to which decay is timed.", gt=0, lt=1),
+    "decay_to": Setting(0.1, "Part of the first peak to which decay is timed.", ge=1e-6, lt=1),
     "limit": Setting(None, "Largest value of what counts that is allowed.", "m or s", gt=0),
 }
 if TYPE_CHECKING:
@@ -73,7 +90,12 @@ class Material(Strict):
 
     shorthand = "restitution"
     restitution: Annotated[
-        float, Field(ge=0, lt=1, description="Rebound over approach speed; alone, it is all.")
+        float,
+        Field(
+            ge=0,
+            le=LARGEST_RESTITUTION,
+            description="Rebound over approach speed; alone, it is all.",
+        ),
     ]
     assumed: Assumed = None
     stated: Stated = None
@@ -90,7 +112,7 @@ class Machine(Settings):  # type: ignore[misc]
     Exactly one of restitution, restitution_range and materials says what the stops are of.
     """
 
-    title: Annotated[Text, Field(description="What the machine is, for headings.")] = "A machine"
+    title: Annotated[Line, Field(description="What the machine is, for headings.")] = "A machine"
     band: Annotated[
         Pair[float] | None,
         Unit("Hz"),
@@ -114,14 +136,21 @@ class Machine(Settings):  # type: ignore[misc]
         Field(description="In place of restitution: name -> restitution; the best is found."),
     ] = {}  # noqa: RUF012
 
+    @classmethod
+    def check_keys(cls, given: Any, mistakes: Mistakes) -> None:
+        for keys, missing in _EXACTLY_ONE.items():
+            there = [key for key in keys if given.get(key) not in (None, {})]
+            if len(there) != 1:
+                message = f"{' and '.join(there)} are given" if there else missing
+                mistakes.add((*there, *keys)[:1], message, f"exactly one of {', '.join(keys)}")
+
     def check_together(self, mistakes: Mistakes) -> None:
-        _exactly_one(self, ("natural_frequency", "stiffness"), mistakes)
-        _exactly_one(self, _DRIVES, mistakes)
-        _exactly_one(self, ("restitution", "restitution_range", "materials"), mistakes)
         self._check_drive(mistakes)
-        if self.band is not None and self.band[0] <= 0.0:
-            message = f"the band begins at {self.band[0]:g} Hz"
-            mistakes.add(("band",), message, "lowest and highest frequency, both > 0")
+        self._check_band(mistakes)
+        self._check_tolerances(mistakes)
+        if len(self.materials) > MOST_MATERIALS:
+            message = f"{len(self.materials)} materials, each of which gets an answer"
+            mistakes.add(("materials",), message, f"at most {MOST_MATERIALS}")
         least, most = (ratio * self.mass for ratio in MASS_RATIOS)
         if not least <= self.largest_mass - self.mass_tolerance or self.largest_mass > most:
             message = (
@@ -161,13 +190,34 @@ class Machine(Settings):  # type: ignore[misc]
                 message, _, allowed = str(error).partition(": must be ")
                 mistakes.add((drive,), message, allowed)
 
+    def _check_band(self, mistakes: Mistakes) -> None:
+        """Note a band that is far from the natural frequency."""
+        if self.band is None:
+            return
+        own = self.rate / math.tau
+        low, high = (ratio * own for ratio in FREQUENCY_RATIOS)
+        if not low <= self.band[0] <= self.band[1] <= high:
+            given = f"{self.band[0]:g} to {self.band[1]:g} Hz"
+            message = f"{given} with a natural frequency of {own:.4g} Hz"
+            mistakes.add(("band",), message, f"within {low:.4g} to {high:.4g} Hz")
+
+    def _check_tolerances(self, mistakes: Mistakes) -> None:
+        """Note tolerances that are lost in roundoff."""
+        of = {"mass": self.largest_mass, "gap": self.largest_gap, "restitution": 1.0}
+        for name, most in of.items():
+            key = f"{name}_tolerance"
+            if 0.0 < getattr(self, key) < _LEAST_TOLERANCE * most:
+                message = f"{getattr(self, key):g} is lost in roundoff"
+                mistakes.add((key,), message, f"0, or at least {_LEAST_TOLERANCE * most:g}")
+
     def _check_restitutions(self, mistakes: Mistakes) -> None:
         tolerance = self.restitution_tolerance
         for value in self.restitutions:
-            if not 0.0 <= value - tolerance <= value + tolerance < 1.0:
+            if not 0.0 <= value - tolerance <= value + tolerance <= LARGEST_RESTITUTION:
                 message = f"restitution from {value - tolerance:g} to {value + tolerance:g}"
-                most = min(value, 1.0 - value)
-                allowed = f"up to {most:g}, for 0 <= r < 1" if most >= 0.0 else "0 <= r < 1"
+                most = min(value, LARGEST_RESTITUTION - value)
+                allowed = f"0 <= r <= {LARGEST_RESTITUTION:g}"
+                allowed = f"up to {most:g}, for {allowed}" if most >= 0.0 else allowed
                 key = "restitution_tolerance" if tolerance else "restitution_range"
                 mistakes.add((key,), message, allowed)
                 return
@@ -201,19 +251,19 @@ class Machine(Settings):  # type: ignore[misc]
         """Those of the first grid."""
         if self.restitution_range is not None:
             return list(np.linspace(*self.restitution_range, _RESTITUTIONS).round(3).tolist())
-        found = [one.restitution for one in self.materials.values()]
-        return found if self.restitution is None else [self.restitution]
+        found = dict.fromkeys(one.restitution for one in self.materials.values())
+        return list(found) if self.restitution is None else [self.restitution]
 
     def material(self, restitution: float) -> str:
-        """Material with a restitution, and where that is from; empty where no name is given."""
+        """Materials with a restitution, and its origins; empty where no name is given."""
+        names = []
         for name, one in self.materials.items():
             if one.restitution == restitution:
                 origins = {"stated": one.stated, "assumed": one.assumed}
                 found = [f"{key}: {text}" for key, text in origins.items() if text]
-                return (
-                    f"{name} ({'; '.join(found) or 'the origin of its restitution is not given'})"
-                )
-        return ""
+                origin = "; ".join(found) or "the origin of its restitution is not given"
+                names.append(f"{name} ({origin})")
+        return " or ".join(names)
 
     @property
     def force(self) -> tuple[str, float]:
@@ -285,13 +335,6 @@ class Machine(Settings):  # type: ignore[misc]
         variable, unit, words = COUNTS[usual if self.counts == AUTO else self.counts]
         relative = self.acceleration_record is not None and unit == "m"
         return variable, unit, f"{words} from the base" if relative else words
-
-
-def _exactly_one(machine: Machine, keys: tuple[str, ...], mistakes: Mistakes) -> None:
-    given = tuple(key for key in keys if getattr(machine, key) not in (None, {}))
-    if len(given) != 1:
-        message = f"{' and '.join(given)} are given" if given else "none of these is given"
-        mistakes.add((given or keys)[:1], message, f"exactly one of {', '.join(keys)}")
 
 
 def read_machine(path: Path | str) -> Machine:

@@ -77,6 +77,10 @@ class Strict(BaseModel):
             ]
             raise ValueError("; ".join(lines)) from None
 
+    @classmethod
+    def check_keys(cls, given: Mapping[str, Any], mistakes: Mistakes) -> None:
+        """Note keys that are missing or too many, whatever their values are."""
+
     def check_together(self, mistakes: Mistakes) -> None:
         """Note what no setting can check alone; each by itself is right."""
 
@@ -90,6 +94,8 @@ class Strict(BaseModel):
             data = {cls.shorthand: data}
         mistakes = Mistakes()
         with mistakes.at(of=cls, name=info.context):
+            if isinstance(data, dict):
+                cls.check_keys(data, mistakes)
             model = handler(_as_read(cls, data))
             model.check_together(mistakes)
         if alone:
