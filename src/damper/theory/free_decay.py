@@ -122,7 +122,7 @@ def largest_at_resonance(parameters: Parameters) -> float:
     """Largest amplitude that is in balance under the force sin(t), at a clearance up to the best.
 
     Beside the least one there may be a large one, with little damping and a restitution above 0.3.
-    In units of length, to four digits. Errors are those of `least_at_resonance`, and ValueError for
+    In units of length. Errors are those of `least_at_resonance`, and ValueError for
     a clearance of 0 or above the best one.
 
     Examples
@@ -135,13 +135,12 @@ def largest_at_resonance(parameters: Parameters) -> float:
     p, best = parameters, least_at_resonance(parameters).clearance
     if not 0.0 < p.clearance <= best * (1.0 + _ROUNDING):
         raise ValueError(f"clearance = {p.clearance!r}: must be > 0 and <= {best!r}, the best one")
-    # Without impacts it would be that of the dashpot alone, and without either there is no bound.
-    most = p.force_amplitude / (p.damping_ratio + 1e-9) / p.clearance + 1.0
-    theta = 1.0 + np.geomspace(1e-9, 10.0 * most, 100_000)
-    xi = amplitude(theta, p.restitution)
-    loss = 2.0 * (p.damping_ratio * xi + _strength(p) * theta**2 / xi) * p.clearance
-    lacks = np.flatnonzero(loss < p.force_amplitude)
-    return p.clearance * float(xi[lacks[-1]] if lacks.size else slope(p.restitution))
+    # The balance of energy, squared, is a polynomial of degree 4 in theta.
+    squared = np.array([1.0 + slope(p.restitution) ** 2, -2.0, 1.0])
+    loss = 2.0 * p.clearance * (p.damping_ratio * squared + [_strength(p), 0.0, 0.0])
+    roots = np.roots(np.polysub(np.polymul(loss, loss), p.force_amplitude**2 * squared))
+    theta = max([1.0, *roots[roots.imag == 0.0].real.tolist()])
+    return p.clearance * float(amplitude(theta, p.restitution))
 
 
 def amplitude_range(parameters: Parameters) -> tuple[float, float]:
