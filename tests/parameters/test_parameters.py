@@ -178,6 +178,7 @@ def test_what_is_printed_can_be_read() -> None:
             {"contact_stiffness_ratio": 9.0, "restitution_left": 9e-4},
             "restitution_left = 0.0009 with contact_stiffness_ratio: must be >= 0.001",
         ),
+        ({"friction": 1e308}, "friction = 1e+308 with mass_ratio: the free mass rubs by 1e+307 F0"),
         # 2 0.5 / 0.1 + sqrt(4e5 / 0.1) = 2010
         (
             {"support_damping_ratio": 0.5, "support_stiffness_ratio": 4e5},

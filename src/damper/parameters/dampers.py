@@ -725,12 +725,16 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
         words = (f"{named(q.name)} ({q.law})" for q in laws)
         raise ValueError(f"{' and '.join(words)} ask for different contact laws: give one")
     _check_several(values, asked, named)
-    weight = values["mass_ratio"] * abs(values["gravity"])
-    if not weight <= LARGEST_WEIGHT:
-        raise ValueError(
-            f"gravity = {values['gravity']!r} with {named('mass_ratio')}: the free mass weighs "
-            f"{weight:g} F0 along its box; must be <= {LARGEST_WEIGHT:g} F0"
-        )
+    for name, does in (
+        ("gravity", "weighs {:g} F0 along its box"),
+        ("friction", "rubs by {:g} F0"),
+    ):
+        force = values["mass_ratio"] * abs(values[name])
+        if not force <= LARGEST_WEIGHT:
+            raise ValueError(
+                f"{named(name)} = {values[name]!r} with {named('mass_ratio')}: the free mass "
+                f"{does.format(force)}; must be <= {LARGEST_WEIGHT:g} F0"
+            )
     if "compliant" in asked:
         _check_compliant(values, named)
     elif values["contact_tension"]:
