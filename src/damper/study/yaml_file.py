@@ -148,7 +148,10 @@ def unreadable(path: Path, error: OSError) -> tuple[str, str]:
     names: list[str] = []
     with suppress(OSError):
         names = sorted(other.name for other in path.parent.iterdir())
-    return "there is no such file", nearest(path.name, names)
+    # A common suffix makes no names alike; of equal names that with the same suffix counts.
+    names.sort(key=lambda name: Path(name).suffix == path.suffix)
+    stems = {Path(name).stem: name for name in names}
+    return "there is no such file", stems.get(nearest(path.stem, stems), "")
 
 
 def dump_yaml(data: Any) -> str:
