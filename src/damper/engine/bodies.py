@@ -38,7 +38,7 @@ class Ballistic(NamedTuple):
 
     acceleration: float
     damping: float = 0.0
-    """This and the others are those of an `Oscillator`: none need be asked for them by class."""
+    """As in `Oscillator`, whose fields this class shares, so callers need not ask for the class."""
     stiffness: float = 0.0
     strength: float = 0.0
 
@@ -69,7 +69,7 @@ def flow_of(body: Any, tau: float) -> Flow:
 
 @by_class
 def strength_on(body: Any) -> float:
-    """What the force that all masses have in common is multiplied by for a body."""
+    """Factor of the common force on a body."""
 
 
 @by_class
@@ -136,7 +136,7 @@ class Alone(NamedTuple):
 
 
 class Term(NamedTuple):
-    """One oscillator of a sum, and the terms after it."""
+    """An oscillator of a sum, linked to the terms after it."""
 
     weight: float
     osc: Oscillator

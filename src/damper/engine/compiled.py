@@ -3,9 +3,9 @@
 One source serves both: functions under `compiled` use floats and `math` only. Set the
 environment variable ``DAMPER_COMPILE=0`` to run the plain version although numba is there.
 
-Both give the same bytes, so each function begins plain, and is compiled once it has run for as long
-as its compiled code takes to get: seconds to compile it, less to load it from the cache. A run thus
-takes at most twice what it would if it had been known beforehand how long it is.
+Plain and compiled code give the same bytes. So each function begins as plain Python, and is
+compiled once it has run for as long as compiling (some seconds) or loading from the cache would
+take. A run thus takes at most twice the time of the better choice.
 
 numba's disk cache does not notice an edit in a *called* module: a cached caller keeps the old
 result. The cache therefore lives in a folder named by the digest of all of damper's source.
@@ -87,9 +87,9 @@ def _warn(trouble: str) -> None:
 def cache_trouble() -> str:
     """Make the folder of compiled code ready; return why it cannot be used, or nothing.
 
-    Whoever can write there can run code as this user. So it is used only where each folder belongs
-    to the user and nobody else may write, from the one that holds ``damper`` down. The oldest
-    caches of other versions are dropped.
+    Write access to the cache is the right to run code as this user. So the cache is used only where
+    every folder, from the parent of ``damper`` down, belongs to the user and nobody else may write
+    to it. The oldest caches of other versions are dropped.
     """
     folder = cache_folder()
     is_new = not folder.is_dir()
@@ -115,7 +115,8 @@ def cache_trouble() -> str:
 
 
 def _distrust(folder: Path) -> str:
-    """Who else may write to a folder, or nothing; Windows does not say."""
+    """Return who else may write to a folder; empty if nobody, and on Windows, which does not
+    say."""
     if not hasattr(os, "geteuid"):
         return ""
     about = folder.stat()
@@ -140,7 +141,8 @@ def _is_own_group(number: int) -> bool:
 
 
 def _make_cache_folder() -> Path | None:
-    """Folder of compiled code, made and young; None, with a warning, where it cannot be used."""
+    """Make the folder of compiled code and return it; warn and return None where it cannot be
+    used."""
     if trouble := cache_trouble():
         _warn(trouble)
         return None
@@ -164,9 +166,9 @@ def _drop_unused(folder: Path) -> None:
 #: How compiled code treats x / 0: as arithmetic does, not as Python. It runs without the
 #: interpreter's lock, so threads share the cores.
 OPTIONS = {"error_model": "numpy", "nogil": True}
-#: The same for what only compiled code calls. It becomes a part of its caller, so that things such
-#: as a segment stay in registers, and has no entry for Python, nor machine code of its own
-#: (`damper.engine.inner`), which take long to compile.
+#: Options of functions that only compiled code calls. They become a part of their caller, so
+#: segments stay in registers, without an entry for Python and without machine code of their own
+#: (`damper.engine.inner`), which would take long to compile.
 INNER_OPTIONS: Any = {
     **OPTIONS,
     "no_cpython_wrapper": True,
@@ -192,8 +194,8 @@ _lock = threading.RLock()
 _NUMBERS = frozenset((float, int))
 #: Flags of an array: writeable, and in the order of C or else of Fortran. One row has both.
 _WRITEABLE, _C_ORDER, _FORTRAN_ORDER = 0x400, 0x1, 0x2
-#: Class of a NamedTuple -> for each structure that it came with: what lists the types that may
-#: differ, these types, and the text of all.
+#: Class of a NamedTuple -> for each structure of its instances: a function that lists the types
+#: that may differ, these types, and the text of all types.
 _structures: dict[type, list[tuple[Callable[[tuple], list], list, str]]] = {}
 _plain = threading.local()
 _at_once = False
@@ -237,9 +239,9 @@ def _load_numba() -> Any:
 class Compiled:
     """A function that numba compiles when it is first called.
 
-    Called from Python it is compiled with all that it calls and kept in the cache. Called from
-    compiled code it becomes a part of the caller, without an entry of its own for Python and for
-    the cache: those cost more than half of the time that compiling takes.
+    Called from Python, the function is compiled with its callees and kept in the cache. Called from
+    compiled code, it becomes a part of the caller, without an entry for Python and for the cache:
+    these entries cost more than half of the compile time.
     """
 
     def __init__(self, function: Callable) -> None:
@@ -285,7 +287,8 @@ class Compiled:
         return self._first_call(kinds, arguments)
 
     def ready(self, *arguments: Any) -> Callable | None:
-        """What to call with these arguments; None if it runs plain first, for it may not last."""
+        """Return compiled code for these arguments, or None to run plain Python first (the run may
+        be short)."""
         if getattr(_plain, "running", False):
             return self.py_func
         kinds = _kinds(arguments)
@@ -367,7 +370,7 @@ def _compile(outer: Any, arguments: tuple) -> Callable:
 
 
 def _kinds(arguments: tuple) -> tuple:
-    """What decides which machine code serves these arguments: all types, also inner ones."""
+    """Key of the machine code for these arguments: all types, inner types included."""
     return tuple([t if (t := type(a)) in _NUMBERS else _kind(a) for a in arguments])
 
 
@@ -391,8 +394,8 @@ def _kind(argument: Any) -> Any:
 def _new_structure(argument: tuple) -> str:
     """All types in a NamedTuple, as a text.
 
-    To walk through a model takes a tenth of the time of a short run. So each structure that a class
-    comes with gets a function of its own, which lists what may differ from one instance to another.
+    Walking through a model takes a tenth of the time of a short run. So each class and structure
+    gets a function that lists only the types that may differ between instances.
     """
     list_types = eval(f"lambda a: [{', '.join(_listing(argument, 'a'))}]", {"kind": _kind})
     text = repr(_all_types(argument))

@@ -73,7 +73,7 @@ def completion(
     Parameters
     ----------
     law : NamedTuple
-        Contact law. What its coefficient changes along the rest of the sequence is error.
+        Contact law; a change of its coefficient along the rest of the sequence counts as error.
     impact_damping, force, jerk, gap_rate : float
         As for `completion_times`.
     dashpot_rate : float

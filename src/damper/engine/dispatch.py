@@ -1,7 +1,7 @@
 """Functions that choose their implementation by the class of their first argument.
 
-Models, contact laws and forcings are NamedTuples of constants. What the engine asks of them is
-declared here and there with `by_class`, and each implements it in its own file.
+Models, contact laws and forcings are NamedTuples of constants. The functions that the engine calls
+on them are declared with `by_class`; each class implements them in its own file.
 """
 
 from collections.abc import Callable

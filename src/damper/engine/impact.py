@@ -2,8 +2,8 @@
 
 A contact law says what r is. It is a NamedTuple of parameters, under their names, and one function,
 `restitution_at`, implemented for its class: docs/extending.md adds one. The engine takes r only
-from there, so no part of it assumes that r is the same at each impact. Where the walls differ, the
-run has a law of each (`DifferingWalls`), so whatever asks for r takes that of its wall (`law_at`).
+from this function, so no part of it assumes a constant r. Where the walls differ, the run has a law
+for each wall (`DifferingWalls`); `law_at` chooses the wall's law.
 """
 
 from typing import Any, NamedTuple

@@ -47,7 +47,8 @@ def run(
     ----------
     model : NamedTuple
     state : float64 array (COLUMNS,)
-        The present segment; updated in place. One that the end cuts stays the present one.
+        The present segment; updated in place. A segment that the end cuts stays the present
+        segment.
     until_periods, until_time : float
         Where to stop, whole periods plus local time; an event at exactly that time still counts.
     max_events : int

@@ -1,4 +1,4 @@
-"""What the event loop, the run and the observers ask of a model of the damper.
+"""Functions that every model implements, for the event loop, the run and the observers.
 
 A model is a NamedTuple of constants with at least the fields ``mass_ratio``, ``clearance``,
 ``law`` (`damper.engine.impact`), ``cycle`` (in which the clock counts; a force that repeats does so
@@ -42,7 +42,7 @@ def initial_segment(
 
 @by_class
 def begin(model: Any, segment: Segment) -> Any:
-    """What the motion in a segment follows from, a NamedTuple that the loop hands on."""
+    """Return a NamedTuple that determines the motion in a segment; the loop hands it on."""
 
 
 @by_class

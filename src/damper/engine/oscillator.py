@@ -48,7 +48,7 @@ class Oscillator(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """All that the motion to come follows from: x, its first three derivatives, forcing phase."""
+    """State of an oscillator: x, its first three derivatives, forcing phase."""
 
     x: float
     v: float

@@ -21,7 +21,7 @@ class Moment(NamedTuple):
     v: float
     a: float
     motion: Any
-    """What else the motion to come follows from."""
+    """Further state that determines the motion."""
 
 
 @by_class

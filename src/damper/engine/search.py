@@ -21,7 +21,7 @@ SPAN = 1.5
 #: Parts of a step by which it stops short of the root it aims at: the largest and the smallest
 #: one, and their growth with the fourth power of step times rate. They steer only.
 MARGIN, LEAST_MARGIN, MARGIN_GROWTH = 0.1, 1e-7, 0.01
-#: The same for a root that is close, where little of the series is left out.
+#: Bound for a close root, where the truncated part of the series is small.
 NEAR_MARGIN = 1e-3
 #: Largest correction by its second or third term for which the series of the root is used.
 NEAR_BEND = 0.2
@@ -47,7 +47,7 @@ class EventPoint(NamedTuple):
     roundoff: float
     """Of the value."""
     state: Any
-    """What the caller wants to know of the motion there."""
+    """State of the motion there, for the caller."""
 
 
 class Root(NamedTuple):

@@ -40,10 +40,10 @@ def _friction_acceleration(
 class Parameters(Declared):
     """Dimensionless parameters of an impact damper.
 
-    Those under Parameters make the damper with rigid walls and Newton's restitution. The others
-    add to it; they choose at most one other model: a support that ties the free mass to the frame,
-    compliant contact, a time-varying free mass, dry friction between free mass and box, or several
-    free masses, with or without that friction.
+    The quantities under Parameters make the damper with rigid walls and Newton's restitution. The
+    quantities under Other Parameters add to it, and choose at most one other model: a support that
+    ties the free mass to the frame, compliant contact, a time-varying free mass, dry friction
+    between free mass and box, or several free masses, with or without that friction.
 
     Parameters
     ----------
@@ -56,9 +56,9 @@ class Parameters(Declared):
         What drives the damper: `damper.Harmonic`, `NoForce`, `Harmonics`, `Base`, `Unbalance`,
         `Record` or `Noise`, or "harmonic", "none", "base" or "unbalance".
     masses : sequence of mapping, optional
-        Several free masses, a mapping for each: what it has of its own of `mass_ratio`,
-        `clearance`, `restitution`, `restitution_left`, `gravity` and `friction`, in place of what
-        is given for all. ``masses=[{}] * 4`` are four of the same.
+        Several free masses, a mapping for each: its own `mass_ratio`, `clearance`, `restitution`,
+        `restitution_left`, `gravity` and `friction`, in place of the values for all masses.
+        ``masses=[{}] * 4`` are four equal masses.
 
     Raises
     ------
@@ -408,7 +408,7 @@ class Parameters(Declared):
 
 
 class SIParameters(Declared, shares=Parameters):
-    """The same damper in SI units; all that is asked of it is then answered in SI units.
+    """The same damper in SI units; its results are in SI units too.
 
     Parameters
     ----------
@@ -418,9 +418,9 @@ class SIParameters(Declared, shares=Parameters):
     ----------------
     {options}
     forcing : Forcing or str, default Harmonic()
-        As for `Parameters`, with times in s and frequencies in rad/s. Of what drives the damper
-        `force_amplitude` is the amplitude B, and so the unit of length: F0/K of a force, B of the
-        motion of a base, B/M of an unbalance, B M/K of the acceleration of a base.
+        As for `Parameters`, with times in s and frequencies in rad/s. `force_amplitude` is the
+        forcing's amplitude B, and sets the unit of length: F0/K of a force, B of the motion of a
+        base, B/M of an unbalance, B M/K of the acceleration of a base.
     masses : sequence of mapping, optional
         As for `Parameters`, with `free_mass`, `gap` and `friction_coefficient` in place of mass
         ratio, clearance and friction.
@@ -628,7 +628,7 @@ class SIParameters(Declared, shares=Parameters):
             }
             for own in self.masses
         ]
-        # What is at its default is left out, although it may be given.
+        # Values at their defaults are left out.
         return Parameters.of_known(**scaled, forcing=self.forcing.over(units.time), masses=masses)
 
     @cached_property
@@ -686,14 +686,14 @@ class SIParameters(Declared, shares=Parameters):
 SI_NAME = {q.name: q.si_names[0] for q in Parameters.quantities}
 #: Lengths are in units that make the amplitude of the force 1.
 _SCALED = tuple((q, q.si_names) for q in Parameters.quantities if q.name != "force_amplitude")
-#: What a damper in SI units has beside a value that is formed from it.
+#: SI quantities that are formed from another one, with their defaults.
 _BESIDE = {"inclination": 90.0, "transverse_acceleration": 1.0}
 _DEFAULTS = {q.name: q.default for q in Parameters.quantities if q.default is not None}
 _CHOOSING = tuple(q for q in Parameters.quantities if q.model and q.chooses)
 _OF_LAWS = tuple(q for q in Parameters.quantities if q.law)
 
 
-#: What the damper with rigid walls and Newton's restitution needs.
+#: Quantities that every damper needs.
 BASIC = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
 
 

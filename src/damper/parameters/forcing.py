@@ -19,7 +19,7 @@ from damper.parameters.units import AMPLITUDES, FORCE, FREE
 
 #: Highest order of a harmonic: the engine has a place for each one below it.
 MOST_ORDER = 1000
-#: What a record or a noise is, what follows its last sample, and what a base is seen from.
+#: Meaning of samples; values after the last sample; frame of a moving base.
 Of = Literal["force", "base_acceleration"]
 After = Literal["zero", "hold"]
 Frame = Literal["ground", "base"]
@@ -57,7 +57,7 @@ class Forcing:
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """What its own numbers are that may vary; `damper.parameters.named` finds them."""
+        """Quantities of the force that may vary; `damper.parameters.named` finds them."""
         return ()
 
     @property
@@ -66,12 +66,12 @@ class Forcing:
         return {}
 
     def having(self, numbers: Mapping[str, float]) -> "Forcing":
-        """The same force with other values of some of them."""
+        """Return the force with other values of some quantities."""
         return self
 
     @property
     def amplitude(self) -> str:
-        """What its amplitude is called, as units of results are: one of `AMPLITUDES`."""
+        """Name of the force's amplitude, one of `AMPLITUDES`, which the units of results follow."""
         return FORCE
 
     @property
@@ -81,7 +81,7 @@ class Forcing:
 
     @property
     def highest_order(self) -> int:
-        """Of its harmonics; 1 where it has none."""
+        """Highest order of its harmonics; 1 for a force without harmonics."""
         return 1
 
     def force(self, amplitude: float, primary_mass: float, stiffness: float) -> float:
@@ -89,7 +89,7 @@ class Forcing:
         return amplitude
 
     def over(self, time: float) -> "Forcing":
-        """Return it with its times in units of so many of those that it is given in."""
+        """Return the force with times in a unit that is `time` times as long."""
         return self
 
     @property
@@ -225,7 +225,7 @@ class Harmonics(Forcing):
         return {q.name: value for q, value in zip(self.quantities, values, strict=True)}
 
     def having(self, numbers: Mapping[str, float]) -> "Harmonics":
-        """The same force with other values of some of them."""
+        """Return the force with other values of some quantities."""
         values = tuple((self.numbers | dict(numbers)).values())
         return replace(self, amplitudes=values[::2], phases=values[1::2])
 
@@ -287,7 +287,7 @@ class Unbalance(Forcing):
 
 
 class _Sampled(Forcing):
-    """What acts on the primary, or moves its base, by samples."""
+    """A force on the primary, or an acceleration of its base, given by samples."""
 
     repeats = False
     has_phase = False
@@ -391,11 +391,11 @@ class Record(_Sampled):
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Its kind and what it is made of, but for the samples, of which there may be many."""
+        """Its kind and settings, with the number of samples in place of the samples."""
         return {"kind": self.kind, "samples": self.samples, "of": self.of, "after": self.after}
 
     def over(self, time: float) -> "Record":
-        """Return it with its times in units of so many of those that it is given in."""
+        """Return the force with times in a unit that is `time` times as long."""
         return Record(self.time / time, self.value, self.of, self.after)
 
     @classmethod
@@ -578,7 +578,7 @@ class Noise(_Sampled):
         return Record(time, noise(self.seed, count, *self._ends), self.of, self.after)
 
     def over(self, time: float) -> "Noise":
-        """Return it with its times in units of so many of those that it is given in."""
+        """Return the force with times in a unit that is `time` times as long."""
         low, high = self.band
         band = (low * time, high * time)
         return Noise(self.seed, self.step / time, self.duration / time, band, self.of, self.after)
@@ -599,7 +599,7 @@ FORCINGS: dict[str, type[Forcing]] = {
     each.kind: each for each in (NoForce, Harmonic, Harmonics, Base, Unbalance, Record, Noise)
 }
 HARMONIC = Harmonic()
-#: What stands for the seed of a noise in the settings of a study each of whose draws has its own.
+#: Seed of a noise in the settings of a study whose draws have a seed each.
 EACH_DRAW = "draw"
 #: Kinds that have no settings, or defaults for all: their name is enough.
 BY_NAME = ("none", "harmonic", "base", "unbalance")

@@ -1,6 +1,6 @@
 """Libraries that take long to load, imported where something of theirs is first used.
 
-What is of matplotlib here is for annotations alone.
+Matplotlib's names here serve annotations only.
 """
 
 from importlib import import_module

@@ -1,7 +1,7 @@
-"""Several free masses of one damper: what each has of its own, in place of what all have.
+"""Several free masses of a damper: the values of each mass, in place of the values for all.
 
-The masses are counted from 0, as the field `body` of events counts them. `clearance_1` is the
-clearance of mass 1: so a quantity of one of them is an axis, is drawn, or replaces a value.
+The masses are counted from 0, as in the field `body` of events. `clearance_1` is the clearance of
+mass 1; by this name it can be an axis, be drawn, or replace a value.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,7 +15,7 @@ MOST_MASSES = 100
 
 
 class Mass(tuple[tuple[str, float], ...]):
-    """What one of several free masses has of its own: pairs of name and value."""
+    """The values of one of several free masses: pairs of name and value."""
 
     def __repr__(self) -> str:
         return repr(dict(self))

@@ -1,4 +1,4 @@
-"""The models of the damper: what is known of each without loading its code."""
+"""The models of the damper: facts about each that need no loading of its code."""
 
 from collections.abc import Collection
 from typing import Any, NamedTuple
@@ -8,11 +8,11 @@ class Model(NamedTuple):
     """One model of `damper.models`."""
 
     example: dict[str, float]
-    """What makes a rigid damper one of it."""
+    """Quantities that turn a rigid damper into this model."""
     impact_seconds: float
     """Time that an impact takes, with compiled code, on a core of the project's measurements."""
     has: str
-    """What the damper has that the others have not."""
+    """The feature that only this model has."""
 
 
 #: Name of each model, which is that of its folder in `damper.models`.
@@ -41,7 +41,7 @@ def models_of(damper: Any) -> tuple[str, ...]:
 
 
 def unknown_model(what: str, model: str, known: Collection[str]) -> str:
-    """Say that something, such as an observer, knows other models than this one."""
+    """Message: `what`, such as an observer, does not know this model."""
     return f"{what} does not know {MODELS[model].has} (model {model}), only {', '.join(known)}"
 
 

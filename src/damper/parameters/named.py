@@ -20,7 +20,8 @@ Damper = TypeVar("Damper", bound=Parameters | SIParameters)
 
 
 def named_quantity(parameters: Parameters | SIParameters, name: str) -> Quantity:
-    """What a number is that may vary without steps; TypeError with the nearest name for others."""
+    """Return the quantity of a continuous number; TypeError with the nearest name for other
+    names."""
     varied = {q.name: q for q in parameters.quantities if not q.whole}
     varied |= {
         f"{of}_{k}": of_a_mass(varied[of], k)
@@ -45,7 +46,7 @@ def value_of(parameters: Parameters | SIParameters, name: str) -> float:
 
 
 def with_values(parameters: Damper, values: Mapping[str, float]) -> Damper:
-    """The same damper with other values of some of its numbers."""
+    """Return the damper with other values of some numbers."""
     forcing = parameters.forcing
     of_force = {name: v for name, v in values.items() if name in forcing.numbers}
     others = {name: v for name, v in values.items() if name not in of_force}

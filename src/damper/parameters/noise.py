@@ -26,7 +26,7 @@ def noise(seed: int, count: int, first: int, last: int) -> Any:
 
     drawn = np.random.PCG64(seed).random_raw(last - first + 1)
     phases = (drawn >> np.uint64(32)) / 2.0**32
-    # Samples are n = coarse + fine, so that few sines serve for all of them.
+    # With samples n = coarse + fine, few sines serve all samples.
     width = math.isqrt(count) + 1
     coarse, fine = np.arange(0, count, width, dtype="i8"), np.arange(width, dtype="i8")
     total = np.zeros((coarse.size, width))

@@ -39,9 +39,9 @@ class Quantity:
     """Whether only whole numbers are allowed."""
     default: float | None = None
     note: str = ""
-    """What a reader of an error should know beside the range."""
+    """Remark in error messages, beside the range."""
     definition: str = ""
-    """What a reader of the documentation should know beside the long name."""
+    """Remark in the documentation, beside the long name."""
     option: bool = False
     """Whether the basic damper does without it; given by name only."""
     model: str = ""
@@ -49,7 +49,7 @@ class Quantity:
     chooses: bool = True
     """Whether a value other than the default asks for this model."""
     needs: str = ""
-    """Quantity without which it has no effect, so that nobody gives it alone."""
+    """Quantity without which this one has no effect and is refused."""
     law: str = ""
     """Contact law of `damper.engine.impact` that a value other than the default asks for."""
     from_si: Callable[..., float] | None = None
@@ -220,7 +220,7 @@ class Declared:
 
     @property
     def given(self) -> dict[str, float]:
-        """The values that are not those of the defaults, by name, and those that they need."""
+        """Values that differ from their defaults, by name, with the values that they need."""
         values = {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
         kept = {f.name for f in fields(self) if values[f.name] != f.default}  # type: ignore[arg-type]
         kept |= {q.needs for q in self.quantities if q.needs and q.name in kept}
@@ -238,8 +238,8 @@ class Declared:
         values, options = self.__dict__, False
         for name, default, check, option in self._checks:
             value = values[name]
-            # What is left out is the very object of the default. A rigid damper pays for no more:
-            # this loop is a good part of what a run costs before it starts.
+            # An omitted value is the default object itself, so identity is enough. This loop is a
+            # good part of a run's cost before its start.
             if value is not default:
                 values[name] = check(value)
                 options = options or option

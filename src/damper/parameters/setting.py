@@ -14,7 +14,7 @@ END = "end"
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting, of the type of its default: a whole number, a number, a flag, a word or a list.
+    """A setting with the type of its default: a whole number, a number, a flag, a word or a list.
 
     Parameters
     ----------
@@ -26,18 +26,18 @@ class Setting:
     choices : tuple of str, optional
         All words allowed.
     ge, gt, le, lt : float, optional
-        Bounds of the number, or of each in a list.
+        Bounds of the number, or of each number in a list.
     least : int, default 0
         Fewest numbers in a list.
     stated : bool, default False
         Whether a study has to give it; in Python the default holds.
     timed : bool, default False
-        Whether it may be a mapping in place of the number: ``{"time": 30}`` in s or sqrt(M/K), or
-        ``{"time": "end"}``, that of what drives the damper.
+        Whether the number may be a mapping: ``{"time": 30}`` in s or sqrt(M/K), or ``{"time":
+        "end"}``, the end of the damper's record.
     integers : bool, default False
         Whether the numbers of a list must be whole.
     models : tuple of str, optional
-        Of an observer's setting: those of the damper that it knows, where its observer knows more.
+        Models that an observer's setting knows, where its observer knows more.
     """
 
     default: Any

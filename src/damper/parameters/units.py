@@ -1,4 +1,4 @@
-"""Units: what lengths, times, speeds and energies are scaled by, and their sizes in SI units."""
+"""Units of lengths, times, speeds and energies, and their sizes in SI units."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ IMPULSE = "F0 sqrt(M/K)"
 #: A force in a spring: that by a unit of length, whatever the amplitude of the force is.
 SPRING_FORCE = "K F0/K"
 ACCELERATION = "F0/M"
-#: What these units are called where the damper is given in SI units.
+#: Names of these units for a damper in SI units.
 SI_UNITS = {
     LENGTH: "m",
     SPEED: "m/s",
@@ -28,8 +28,8 @@ SI_UNITS = {
 
 #: Of a force that is not there: lengths are in any unit L.
 FREE = "K L"
-#: What the amplitude of a force is called -> the unit of length, and its own SI unit: a force F0;
-#: none, with any length L; a base's motion B; an unbalance U, mass times eccentricity; a base's
+#: Name of a force's amplitude -> the unit of length, and the amplitude's SI unit: a force F0; no
+#: force, with any length L; a base's motion B; an unbalance U, mass times eccentricity; a base's
 #: acceleration A.
 AMPLITUDES = {
     FORCE: (LENGTH, "N"),

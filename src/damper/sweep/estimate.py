@@ -1,4 +1,4 @@
-"""What the runs of a job take, estimated from their settings before any is made.
+"""Estimated cost of a job's runs, from their settings alone.
 
 No engine here, and no numpy: studies are checked with it each time the Snakefile is read. How far
 the numbers are off: `damper.study.estimate`.
@@ -61,7 +61,7 @@ class Excess(NamedTuple):
 
 @dataclass(frozen=True)
 class Workload:
-    """What one process simulates, and what that takes.
+    """Runs of one process and their cost.
 
     Parameters
     ----------

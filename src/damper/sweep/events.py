@@ -82,7 +82,7 @@ def events(
     max_events: int = DEFAULT_MAX_EVENTS,
     **values: Any,
 ) -> EventTable:
-    """Every impact, start and end of sticking, and whatever friction does of a run, exactly.
+    """Compute a run's events exactly: impacts, starts and ends of sticking, and stops by friction.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Parts: what one job of a study makes, as an .npz file, whatever kind of study it is.
+"""Parts: the .npz file that a job of a study makes, for every kind of study.
 
 No xarray here: a job writes plain arrays, with the same bytes each time, and as one JSON text what
 else there is to say of them.
@@ -27,7 +27,7 @@ class PartData:
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """What is declared of the arrays of a slice."""
+        """Declarations of a slice's arrays."""
         return tuple(
             Variable(**{**entry, "dims": tuple(entry["dims"]), "flags": tuple(entry["flags"])})
             for entry in self.about["variables"]

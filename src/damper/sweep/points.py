@@ -1,4 +1,4 @@
-"""A point of a study: one mapping of names to values -> parameters, units and initial state."""
+"""A point of a study: a mapping of names to values -> parameters, units and initial state."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,7 @@ class Point(NamedTuple):
     primary: str
 
     def start(self) -> State | None:
-        """Return the initial state; None is rest with the free mass at the centre.
+        """Return the initial state; None stands for rest with the free mass at the centre.
 
         The free mass is placed between the walls and moves relative to the primary, so every
         combination of initial quantities lies in the box.
@@ -80,7 +80,7 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     values : mapping of str to float
         All parameters of one system of units, and initial quantities that are not zero; `forcing`
         is a force, or its name, and `masses` as for `damper.Parameters`; `clearance_1` is the
-        clearance of mass 1. What every mass has of its own need not be given for all.
+        clearance of mass 1. A quantity that every mass gives by itself may be left out for all.
     primary : {"rest", "steady"}
         Where the primary starts.
 

@@ -107,7 +107,7 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
     cube : xarray.Dataset
         From `damper.simulate`, or a study's.
     *observers : str
-        Those that are wanted; all that the cube was made with when none is named.
+        Names of the observers; all observers of the cube when no name is given.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
         its runs depend on more than their point: on a given state, a neighbour or a draw.
     """
     about, settings = cube.attrs, observers_of(cube)
-    # One direction alone has no such dimension, and neighbours all the same.
+    # A cube of one direction has no such dimension but has neighbours.
     depend = {"direction": followed(cube), "draw": "draw" in cube.dims}
     for dim, several in depend.items():
         if several:

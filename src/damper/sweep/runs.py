@@ -52,8 +52,8 @@ def run_points(
     Parameters
     ----------
     points : iterable of mapping
-        Name -> value of each point: the parameters, dimensionless or in SI units, and what is not
-        zero of the initial quantities; see `damper.parameters.quantities`.
+        Name -> value of each point: the parameters, dimensionless or in SI units, and initial
+        quantities that are not zero; see `damper.parameters.quantities`.
     observers : iterable of str, or mapping of str to settings
         As for `damper.observers.make_observers`.
     primary : {"rest", "steady"}
@@ -61,23 +61,22 @@ def run_points(
     forcing : Forcing or str, optional
         What drives every damper, as for `damper.Parameters`; else what each point says.
     masses : int, default 0
-        How many free masses every damper has, of which points may say what each has of its own;
-        with 0, what they list.
+        Number of free masses of every damper; points may give quantities of single masses. With 0,
+        the points list the masses.
     state : State, optional
-        Start of every run, in place of all that.
+        Start of every run, in place of `primary` and initial quantities.
     predecessor : sequence of int, optional
-        For each point the number of the one from whose end it starts instead, or -1: continuation.
-        Primary and relative velocity go on; the free mass keeps its place *between* the walls, as
-        a part of the clearance, so that contact stays contact. A run whose predecessor stopped
-        early starts as the first ones do.
+        Continuation: for each point the number of the point from whose end it starts, or -1.
+        Primary and relative velocity go on; the free mass keeps its place *between* the walls, as a
+        part of the clearance, so that contact stays contact. A run whose predecessor stopped early
+        starts like the first runs.
     progress : callable, optional
         Called with the number of runs done, and of all, after each one.
     workers : int, default 1
-        Threads, which give the same bytes for any number of them. None is one for each core of
-        this process, but no more than one for every four points. Runs that follow each other share
-        a thread. Without numba there is one: the interpreter's lock would let no two of them work
-        at a time, and processes would have to load everything again, from a script that has to
-        guard against that.
+        Number of threads; the bytes are the same for any number. By None, a thread for each core of
+        this process, at most one for every four points. Runs that follow each other share a thread.
+        Without numba a single thread runs: the interpreter's lock lets only one work, and processes
+        would have to load everything again, from a script that has to guard against that.
     **run
         Settings of every run, those of `RunSettings`.
 
@@ -281,7 +280,7 @@ class _StoppedError(Exception):
 
 
 def _chains(predecessor: Sequence[int] | None, count: int) -> list[list[int]]:
-    """Runs in the order in which each follows the one from whose end it starts."""
+    """Chains of runs in which each run starts from the end of the run before."""
     if predecessor is None:
         return [[number] for number in range(count)]
     following = {previous: number for number, previous in enumerate(predecessor) if previous >= 0}

@@ -1,4 +1,4 @@
-"""Forces on the primary: what the engine asks of one, declared here.
+"""Forces on the primary: declarations of the functions that every force implements.
 
 A force is a NamedTuple of constants, and an implementation of these functions for its class, a file
 each. It is a shape; an oscillator's `strength` is what that is multiplied by. Another force is
@@ -64,7 +64,7 @@ def may_jump(forcing: Any) -> bool:
 
 @by_class
 def phase_at(forcing: Any, cycles: float, time: float) -> Any:
-    """What the force is at a moment (whole cycles and local time): all that is to come, too."""
+    """Phase of the force at whole cycles and a local time; it determines the force from then on."""
 
 
 @by_class
@@ -117,7 +117,7 @@ def common(forcing: Any) -> Any:
 
 @by_class_or_default
 def strength_of(forcing: Any, strength: float) -> float:
-    """What `common` is multiplied by where the force itself is multiplied by `strength`."""
+    """Factor of `common` for a force of the given `strength`."""
     return strength
 
 

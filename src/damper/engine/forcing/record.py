@@ -13,7 +13,7 @@ from damper.engine import forcing as declared
 from damper.engine.compiled import compiled
 from damper.engine.roundoff import EPSILON
 
-#: Roundoff of a moment, as a part of the cycle: what is nearer to a sample is at it.
+#: Roundoff of a time as a part of the cycle; a time nearer than this to a sample is at the sample.
 _AT = 8.0 * EPSILON
 
 

@@ -1,4 +1,4 @@
-"""What the orbits of a branch satisfy, and the corrector that finds them.
+"""The equation of a branch's orbits, and the corrector that solves it.
 
 The unknowns are the states at some moments of the period, each in a flight, and the parameter.
 Pseudo-arclength continuation follows the curve on which runs from moment to moment join (Keller,
@@ -34,7 +34,7 @@ from damper.sweep.orbits.word import WallImpacts, bursts_of, stops_in
 
 #: Newton steps at right angles to the tangent, and halvings of one.
 _STEPS, _HALVINGS = 8, 3
-#: What cannot be less for roundoff, over the size of the state.
+#: Least residual that roundoff allows, over the size of the state.
 _ROUNDOFF = 1e-15
 #: Most moments of a period at which states are unknowns, and the smallest part of its flight that
 #: lies before and after one.
@@ -70,7 +70,8 @@ class OrbitEquation:
         return np.unique(self.leaders[self.leaders >= 0])
 
     def of_moving(self, matrix: np.ndarray) -> np.ndarray:
-        """What a derivative does to these components, with all that they move."""
+        """Return a derivative restricted to the unknowns, including the components that follow
+        them."""
         return (matrix @ (self.leaders[:, None] == self.moving))[self.moving]
 
     @cached_property
@@ -142,7 +143,7 @@ class PeriodMap:
 
     @cached_property
     def residual(self) -> np.ndarray:
-        """What the state at each moment differs by from the end of the run before."""
+        """Difference between the state at each moment and the end of the run before it."""
         ends = np.array([each.end for each in self.arcs])
         starts = np.array([each.start for each in self.arcs])
         return (
@@ -214,7 +215,7 @@ class PeriodMap:
 
     @cached_property
     def signature(self) -> tuple[Any, ...]:
-        """What it does in a period, event by event; of several mass by mass."""
+        """Events of a period in order, mass by mass where there are several."""
         return *((b.wall, b.impacts, b.completes, b.body) for b in self.bursts), self.stops
 
     @cached_property
@@ -306,7 +307,7 @@ class OrbitPoint:
 
     @cached_property
     def defect(self) -> np.ndarray:
-        """What half the period, mirrored for an odd number of forcing periods, does to the state.
+        """Change of the state over half the period, mirrored for an odd number of forcing periods.
 
         Zero for a motion that is its own mirror image, or repeats already after half the period.
         """

@@ -112,7 +112,7 @@ def periodic_orbit(
 
 @dataclass(frozen=True, repr=False)
 class PeriodicOrbit:
-    """One motion that repeats after a number of forcing periods.
+    """A motion that repeats after a number of forcing periods.
 
     Made by `periodic_orbit`.
 
@@ -124,10 +124,10 @@ class PeriodicOrbit:
     state : State
         At time 0, the start of a forcing period: a run of `parameters` from here is on the orbit.
     derivative : ndarray (4, 4)
-        Of (x, v, y, u) after the period by those at its start. Of several free masses it is that of
-        (x, v, y0, u0, y1, u1, ...); those in step are moved as one, by the first of them.
+        Derivative of (x, v, y, u) after the period by its start; (x, v, y0, u0, y1, u1, ...) with
+        several free masses. Masses in step move together, by the first of them.
     change : float
-        Largest change of the state over the period, in dimensionless units: how closely it is met.
+        Largest change of the state over the period, in dimensionless units: the residual.
     """
 
     parameters: Parameters | SIParameters
@@ -311,7 +311,7 @@ class PeriodicOrbit:
     def word(self) -> str:
         """Its events: "R3 L2 RS" for three impacts right, two left, complete chatter right.
 
-        Those of several free masses are parted by a bar: "R1 L1 | R2 L1".
+        A bar separates several free masses: "R1 L1 | R2 L1".
         """
         return word_of(self.bursts)
 
@@ -333,7 +333,7 @@ class PeriodicOrbit:
 def nearest_orbit(
     parameters: Parameters, period: int, start: np.ndarray, steps: int = _STEPS
 ) -> "PeriodicOrbit":
-    """What Newton's method finds from a state at time 0: the state that changes least."""
+    """Run Newton's method from a state at time 0, and return the state with the least change."""
 
     def over(start: np.ndarray) -> Arc:
         return run_arc(parameters, start, 0.0, float(period))

@@ -1,8 +1,8 @@
 """`damper.continue_point`: a special point of a branch along two parameters.
 
 The next point of the curve is looked for on a line of parameters at right angles to the curve. On
-that line it is a special point of a branch along one parameter, so what locates those locates it,
-whatever its kind is.
+that line it is a special point of a branch along one parameter, so the search for special points
+locates it, whatever its kind.
 """
 
 from collections.abc import Mapping, Sequence

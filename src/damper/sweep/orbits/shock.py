@@ -44,11 +44,11 @@ def smallest_shock(
 ) -> "Shock":
     """Find the smallest sudden change of the primary's velocity that throws a motion out.
 
-    Such a change is what a shock on the machine does: its impulse over the primary's mass. Shocks
-    are tried at several moments, in both directions, of sizes that grow by a quarter, until one is
-    found after which the motion does not come back. The size is then bisected. This is a search on
-    a grid and no proof: basins may be interwoven, so a smaller shock between the sizes or moments
-    that are tried may throw the motion out as well.
+    A shock on the machine changes the velocity by its impulse over the primary's mass. Shocks are
+    tried at several moments, in both directions, of sizes that grow by a quarter, until the motion
+    does not come back after one. The size is then bisected. This is a search on a grid and no
+    proof: basins may be interwoven, so a smaller shock at an untried size or moment may throw the
+    motion out as well.
 
     Parameters
     ----------

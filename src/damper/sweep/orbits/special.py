@@ -8,7 +8,7 @@ import numpy as np
 from damper.sweep.orbits.arcs import zero
 from damper.sweep.orbits.equation import OrbitPoint
 
-#: What is left of a function at its root.
+#: Tolerance of a function's value at its root.
 _ZERO = 1e-3
 
 

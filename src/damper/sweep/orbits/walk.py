@@ -22,9 +22,9 @@ _TOGETHER = 1e-6
 _SAME = 1e-7
 #: How far beyond a border of complete chatter its other side must be seen.
 _BEYOND = 1e-8
-#: What half a period may change of a symmetric motion.
+#: Largest change of a symmetric motion over half a period.
 _SYMMETRIC = 1e-8
-#: The same of one beside which a branch ends that meets it.
+#: Bound for a symmetric motion at which another branch ends.
 _NEARLY = 1e-5
 
 
@@ -214,7 +214,7 @@ def _same(a: OrbitPoint, b: OrbitPoint) -> bool:
 
 
 def _meets(point: OrbitPoint) -> str:
-    """What is said of the end of a branch that meets one of motions with more symmetry."""
+    """Message on a branch that ends at a branch of motions with more symmetry."""
     which = "symmetric motions" if point.equation.period % 2 else "motions of half the period"
     return f"meets {which} near {point.name} = {point.value:.6g}"
 
