@@ -1,5 +1,6 @@
 """What an engineer gives: one clear message for what is wrong, and what would be feasible."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -149,6 +150,43 @@ def test_the_examples_in_the_documents_are_machines(tmp_path: Path) -> None:
     lines = frame.splitlines(keepends=True)
     path.write_text("".join(line for line in lines if "restitution:" not in line) + materials)
     assert "rubber (stated: the maker's data sheet)" in repr(damper.design(path, quick=True))
+
+
+@pytest.mark.parametrize(
+    ("place", "message"),
+    [
+        ("file.txt", "output = file.txt: cannot be written (Not a directory)"),
+        ("file.txt/made", "output = file.txt/made: cannot be written (Not a directory)"),
+        ("folder", "folder/design.md is a folder: must be free for a file"),
+        ("studies", "studies/studies/sweep.yaml is a folder: must be free for a file"),
+        (".", "machine.yaml is read, and would be replaced: must be another folder"),
+    ],
+)
+def test_the_place_of_a_page_is_tested_before_anything_is_computed(
+    place: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("damper.sizing.answer.design", lambda *_, **__: pytest.fail("computed"))
+    Path("file.txt").touch()
+    Path("folder/design.md").mkdir(parents=True)
+    Path("studies/studies/sweep.yaml").mkdir(parents=True)
+    Path("machine.yaml").write_text(dump_yaml(FRAME))
+    assert message in called("design", "machine.yaml", "--output", place, code=1)
+
+
+def test_a_page_replaces_an_older_one_whole(tmp_path: Path) -> None:
+    quick = damper.design(FRAME | {"title": "A <b>press</b>, a < b"}, quick=True)
+    study = {"worst_case": {"source": "damper design"}}
+    replace(quick, response=None, studies=study).save(tmp_path)
+    (tmp_path / "response.csv").touch()
+    (tmp_path / "studies/own.yaml").touch()
+    quick.save(tmp_path)
+    files = {path.name for path in tmp_path.rglob("*.*")}
+    assert "own.yaml" in files
+    assert not files & {"worst_case.yaml", "response.csv"}
+    first = (tmp_path / "design.md").read_text().splitlines()[0]
+    assert first == r"# A \<b>press\</b>, a < b: its impact damper"
+    assert "<b>" not in (tmp_path / "design.html").read_text()
 
 
 def called(*arguments: str, code: int = 0) -> str:

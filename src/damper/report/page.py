@@ -184,7 +184,7 @@ def _table(path: str, kind: str, results: Path) -> ShownTable:
     if "\n|" not in text:  # it says in words that there is nothing to list
         return ShownTable(path, kind)
     head, _, *rows = [line[2:-2].split(" | ") for line in table_in(text).splitlines()]
-    read = [[cell.replace(r"\|", "|") for cell in row] for row in rows[:SHOWN_ROWS]]
+    read = [[re.sub(r"\\([|<])", r"\1", cell) for cell in row] for row in rows[:SHOWN_ROWS]]
     shown = [[_YES_NO.get(cell, cell) for cell in row] for row in read]
     return ShownTable(path, kind, head, shown, max(0, len(rows) - SHOWN_ROWS))
 

@@ -161,7 +161,9 @@ class _DesignCommand(click.Command):
 @main.command("design", cls=_DesignCommand)
 @click.argument("machine", required=False, type=click.Path())
 @click.option("--quick", is_flag=True, help="By the closed laws alone, without runs.")
-@click.option("--output", type=click.Path(file_okay=False), help="Write page and studies here.")
+@click.option(
+    "--output", type=click.Path(), metavar="DIRECTORY", help="Write page and studies here."
+)
 def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> None:
     """Size the damper of MACHINE for the worst case.
 
@@ -175,16 +177,23 @@ def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> 
                   --force-amplitude 200 --band 28 36 --restitution 0.3 \\
                   --largest-mass 10 --largest-gap 5e-3 --quick
     """
-    from damper.sizing.answer import design
+    from damper.sizing.answer import design, machine_from
+    from damper.sizing.page import prepare
     from damper.study.yaml_file import ConfigError
 
     try:
-        found = design(machine, quick=quick, **{k: v for k, v in given.items() if v is not None})
+        asked = machine_from(machine, {k: v for k, v in given.items() if v is not None})
+        older = prepare(Path(output), [machine, *asked.records]) if output else []
+        found = design(asked, quick=quick)
+        click.echo(repr(found))
+        if output:
+            found.save(output)
     except (ValueError, TypeError, OSError, ConfigError) as error:
         raise click.ClickException(str(error)) from None
-    click.echo(repr(found))
     if output:
-        found.save(output)
+        click.echo(f"Page: {Path(output, 'design.html')}")
+    if older:
+        click.echo(f"Replaced files of an older page: {', '.join(path.name for path in older)}")
 
 
 @main.command()

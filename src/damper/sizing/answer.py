@@ -111,7 +111,11 @@ class Design:
         return "\n".join([*head, *more, *body, *tables, *(f"- {text}" for text in self.assumed)])
 
     def save(self, folder: str | os.PathLike[str]) -> None:
-        """Write the page (HTML, Markdown), figures, CSV files and studies into a folder."""
+        """Write the page (HTML, Markdown), figures, CSV files and studies into a folder.
+
+        The files of an older page there are deleted first. ValueError where the folder cannot be
+        written.
+        """
         from damper.sizing.page import write
 
         write(self, Path(folder))
@@ -154,14 +158,15 @@ def design(
     >>> round(found.gap, 6), found.units["gap"], round(found.law, 6)
     (0.001055, 'm', 0.000181)
     """
-    judge = Judge(_read(machine, given))
+    judge = Judge(machine_from(machine, given))
     if quick:
         return _checked(_by_law(judge))
     _check_length(judge)
     return _checked(_answer(judge, Search(judge).best()))
 
 
-def _read(machine: Any, given: Mapping[str, Any]) -> Machine:
+def machine_from(machine: Any, given: Mapping[str, Any]) -> Machine:
+    """Return a machine from the arguments of `design`."""
     if isinstance(machine, str | os.PathLike):
         machine = read_machine(Path(machine))
     if isinstance(machine, Machine):

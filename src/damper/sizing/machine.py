@@ -232,6 +232,11 @@ class Machine(Settings):  # type: ignore[misc]
         """Whether a record drives it."""
         return self.force_record is not None or self.acceleration_record is not None
 
+    @property
+    def records(self) -> list[str | None]:
+        """Files of records."""
+        return [getattr(self, key) for key in RECORDS]
+
     @cached_property
     def record(self) -> Record:
         """What drives it, in s and N or m/s2; OSError or ValueError where there is none."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from html import escape
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -42,9 +43,61 @@ _HIGHEST = 3.0
 _SMALL = 7.0
 
 
+#: Files of a page; its studies are in a folder of their own.
+_FILES = (
+    *(f"design.{kind}" for kind in ("html", "md")),
+    *(f"{name}.{kind}" for name in ("sketch", "response") for kind in ("svg", "png")),
+    *(f"{name}.csv" for name in ("numbers", "response", "record")),
+    "machine.yaml",
+)
+
+
+def prepare(folder: Path, read: Iterable[str | Path | None]) -> list[Path]:
+    """Make a folder for a page, and return the files in it of an older one.
+
+    Parameters
+    ----------
+    folder : Path
+    read : iterable of path or None
+        Files that the design reads.
+
+    Raises
+    ------
+    ValueError
+        Where the folder cannot be written, holds a folder in place of a file, or a file of `read`
+        that would be replaced.
+    """
+    studies = folder / "studies"
+    try:
+        studies.mkdir(parents=True, exist_ok=True)
+        for place in (folder, studies):
+            TemporaryFile(dir=place).close()
+    except OSError as error:
+        raise ValueError(
+            f"output = {folder}: cannot be written ({error.strerror}): must be a folder, or free "
+            "for a new one"
+        ) from None
+    inputs = {Path(path).resolve() for path in read if path is not None}
+    for path in (*(folder / name for name in _FILES), *studies.glob("*.yaml")):
+        if path.is_dir():
+            raise ValueError(f"output = {folder}: {path} is a folder: must be free for a file")
+        if path.resolve() in inputs:
+            raise ValueError(
+                f"output = {folder}: {path} is read, and would be replaced: must be another folder"
+            )
+    page = folder / "design.md"
+    text = page.read_text("utf-8", errors="replace") if page.exists() else ""
+    named = sorted(set(re.findall(r"studies/[\w-]+\.yaml", text)))
+    return [path for name in (*_FILES, *named) if (path := folder / name).exists()]
+
+
 def write(design: Design, folder: Path) -> None:
-    """Write page, figures, CSV files, the machine and the studies of a design into a folder."""
-    (folder / "studies").mkdir(parents=True, exist_ok=True)
+    """Write page, figures, CSV files, the machine and the studies of a design into a folder.
+
+    The files of an older page there are deleted first.
+    """
+    for path in prepare(folder, design.machine.records):
+        path.unlink()
     machine, studies = design.machine.model_dump(mode="json", exclude_unset=True), design.studies
     texts = {}
     if design.machine.is_recorded:  # its samples go into a file of their own

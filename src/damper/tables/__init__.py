@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -76,7 +77,8 @@ class Table:
     def markdown(self) -> str:
         """Text of the Markdown file."""
         parts = (part if isinstance(part, str) else _lines(part) for part in self.body)
-        return "\n\n".join([f"# {self.title}", *parts]) + "\n"
+        text = "\n\n".join([f"# {self.title}", *parts]) + "\n"
+        return re.sub(r"<(?=[A-Za-z/!?])", r"\<", text)  # what would begin HTML
 
     def save(self, csv: Path | str, markdown: Path | str) -> None:
         """Write both files."""
