@@ -197,6 +197,14 @@ def test_a_mass_that_rests_on_a_wall_and_one_off_it() -> None:
     assert log[0].bodies[1, MODE] == 0.0
 
 
+def test_a_mass_without_friction_never_slides() -> None:
+    """It falls off its wall at the start: that is no reversal, whatever the other mass does."""
+    p = Parameters(0.1, 0.05, 1.0, 1.0, 0.8, masses=[{"gravity": 0.2}, {"friction": 0.3}])
+    table = plain(events)(p, State(0.0, 0.0, [1.0, 0.0], [0.0, 0.1]), until=5.0)
+    assert set(table["kind"][table["body"] == 1]) == {IMPACT, REST, SLIP, REVERSAL}
+    assert set(table["kind"][table["body"] == 0]) == {IMPACT}
+
+
 def test_weight_and_friction_that_are_equal_hold() -> None:
     """On the brink for good: with the primary where it hangs, nothing ever happens."""
     p = damper_of({"friction": 0.25}, {"friction": 0.5}, gravity=0.25)

@@ -155,7 +155,7 @@ def _decide(b, beyond, slack, way, mode):
             b[CAUSE] = RELEASE if on_wall else SLIP
             b[FIRST] = 0.0 if on_wall else b[FIRST]
     elif beyond > 0.0:
-        if b[CAUSE] == NOTHING and b[WAY] == -way:
+        if b[CAUSE] == NOTHING and way != 0.0 and b[WAY] == -way:
             b[CAUSE] = REVERSAL
         b[WAY] = way
     else:
