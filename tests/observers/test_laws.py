@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from new_process import in_new_process
 
-from damper import Parameters, State, simulate
+from damper import Parameters, Record, State, simulate
 from damper.engine.compiled import plain
 from damper.engine.segment import (
     CAUSE,
@@ -209,6 +209,29 @@ def test_a_motion_that_does_not_join_is_found(run):
     release = first(log, log[:, CAUSE] == RELEASE)
     assert {"continuity"} <= violated(trajectory, changed(log, release, X, 1e-10))
     assert {"continuity"} <= violated(trajectory, changed(log, release, V, 1e-10))
+
+
+MODELS = {
+    "rigid": {},
+    "grounded": {"support_stiffness_ratio": 0.02},
+    "sliding": {"friction": 0.02},
+    "several": {"masses": [{}, {"mass_ratio": 0.2}]},
+    "several that rub": {"masses": [{"friction": 0.02}, {"mass_ratio": 0.2}]},
+}
+
+
+@pytest.mark.parametrize("model", MODELS)
+@plain
+def test_a_jump_of_the_force_is_no_tensile_force(model):
+    """It ends sticking: up to there the contact force is that before the jump."""
+    count = len(MODELS[model].get("masses", [{}]))
+    given = {"mass_ratio": 0.1, "clearance": 0.05, "restitution": 0.2}
+    given |= {"forcing": Record([0.0, 0.5], [1.0, 1.0])} | MODELS[model]
+    start = State(0.0, 0.0, [-0.05] * count, [0.0] * count) if count > 1 else State(0, 0, -0.05, 0)
+    trajectory = start_run(Parameters(damping_ratio=0.05, frequency_ratio=1.0, **given), start)
+    log = np.concatenate([piece.copy() for piece in trajectory.segments(0.0, 1.0)])
+    assert log[log[:, CAUSE] == RELEASE][0, TIME] == 0.5
+    assert violated(trajectory, log) == set()
 
 
 def test_a_tensile_contact_force_is_found(run):

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from damper.engine.bodies import Ballistic, acceleration_of
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
-from damper.engine.forcing import bound_of, phase_at, rate_of
+from damper.engine.forcing import bound_of, phase_at, rate_of, turn_over, turned
 from damper.engine.model import mass_ratio_at
 from damper.engine.oscillator import Motion, Oscillator
 from damper.engine.segment import Segment
@@ -121,12 +121,18 @@ def rigid_contact_force(
     """As `contact_force`, of rigid walls."""
     # What parts the masses: the difference of their accelerations in the flight that would begin.
     s = segment
-    time = s.time + tau
-    phase = phase_at(model.free.forcing, s.periods, time)
-    heavier = 1.0 + mass_ratio_at(model, s.periods, time)
+    phase = phase_in(model.free.forcing, s, tau)
+    heavier = 1.0 + mass_ratio_at(model, s.periods, s.time + tau)
     a = acceleration_of(model.free, at.x, at.v, phase)
     b = acceleration_of(model.mass, at.x + s.side * model.clearance, at.v, phase)
     return -s.side * (a - b) / heavier, force_size(model.mass, model, s, tau, at) / heavier
+
+
+@compiled
+def phase_in(forcing: Any, segment: Any, tau: float) -> Any:
+    """Phase of a force in a segment; at the end that before a jump which ends the segment."""
+    start = phase_at(forcing, segment.periods, segment.time)
+    return turned(forcing, start, turn_over(forcing, tau))
 
 
 @compiled

@@ -262,7 +262,8 @@ def _depth(model, at):
 @compiled
 def _sample_contact(model, s, found):
     """Look whether everything is finite, and whether the contact force is tensile; as above."""
-    sticks = (s.mode == STICKING and s.side != 0.0) or s.mode == RESTING
+    # A jump of the force may end it as it begins.
+    sticks = s.duration > 0.0 and ((s.mode == STICKING and s.side != 0.0) or s.mode == RESTING)
     if s.mode == TAIL and s.duration > 0.0:
         # Its first bounce rises highest.
         half = 0.5 * (1.0 - restitution_at(law_at(model.law, s.side), 0.0)) * s.completion

@@ -13,6 +13,7 @@ from damper.models.laws import (
     larger,
     largest_force,
     mass_speed,
+    phase_in,
     sample_masses,
     samples_in,
     violation,
@@ -181,7 +182,7 @@ def _sample(model, s, found):
         tau = s.duration * (at * at * (3.0 - 2.0 * at)) if k < samples else s.duration
         x, v, all_gaps = _unclipped(model, s, start, tau)
         energy = 0.5 * (x * x + v * v)
-        phase = phase_at(start.osc.forcing, s.periods, s.time + tau)
+        phase = phase_in(start.osc.forcing, s, tau)
         a = acceleration_of(start.osc, x, v, phase)
         for j in range(len(all_gaps)):
             ratio, clearance, gravity = model.masses[j, RATIO], model.masses[j, CLEARANCE], 0.0
