@@ -138,6 +138,58 @@ def test_a_process_compiles_when_it_pays() -> None:
     assert count > 3
 
 
+@needs_numba
+def test_numba_that_is_told_not_to_compile_does_not() -> None:
+    *loaded, count = in_new_process(YOUNG, "-W", "error", NUMBA_DISABLE_JIT="1")
+    assert loaded == [False, False, False]
+    assert count > 3
+
+
+#: A module of two functions, of which one becomes a part of the other.
+PARTS = """
+from damper.engine.compiled import compiled
+@compiled
+def part(x):
+    return 2.0 * x
+@compiled
+def whole(x):
+    return part(x) + 1.0
+"""
+
+#: What another version of numba may do -> whether machine code is spared.
+CHANGES = {
+    "nothing": ("", True),
+    "another version": ("numba.version_info = numba.version_info._replace(short=(0, 99))", True),
+    "no such class": ("import numba.core.codegen as c; del c.JITCodeLibrary", False),
+    "another compiler": (
+        "numba.version_info = numba.version_info._replace(short=(0, 99))\n"
+        "from numba.core.compiler import Compiler\n"
+        "before = Compiler.define_pipelines\n"
+        "def define_pipelines(self):\n"
+        "    if self.state.library: raise AttributeError('library')\n"
+        "    return before(self)\n"
+        "Compiler.define_pipelines = define_pipelines",
+        False,
+    ),
+}
+
+
+@needs_numba
+@pytest.mark.parametrize("change", CHANGES)
+def test_another_numba_compiles_as_it_always_does(tmp_path: Path, change: str) -> None:
+    """Its private classes may differ: then inner functions get machine code of their own."""
+    text, spared = CHANGES[change]
+    (tmp_path / "parts.py").write_text(PARTS)
+    code = (
+        f"import json, sys, numba\nsys.path.insert(0, {str(tmp_path)!r})\n{text}\n"
+        "from damper.engine.compiled import INNER_OPTIONS, compile_at_once\n"
+        "from parts import whole\ncompile_at_once()\n"
+        "print(json.dumps([whole(1.5), len(whole._entries), 'pipeline_class' in INNER_OPTIONS]))"
+    )
+    settings = {"NUMBA_CACHE_DIR": str(tmp_path), "DAMPER_COMPILE": "1"}
+    assert in_new_process(code, **settings) == [4.0, 1, spared]
+
+
 TWICE = """
 import gc, json, threading
 import damper

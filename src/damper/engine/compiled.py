@@ -1,7 +1,8 @@
 """Compile the scalar core with numba where it is installed; leave it plain Python elsewhere.
 
 One source serves both: functions under `compiled` use floats and `math` only. Set the
-environment variable ``DAMPER_COMPILE=0`` to run the plain version although numba is there.
+environment variable ``DAMPER_COMPILE=0`` to run the plain version although numba is there; numba's
+own ``NUMBA_DISABLE_JIT=1`` does the same.
 
 Plain and compiled code give the same bytes. So each function begins as plain Python, and is
 compiled once it has run for as long as compiling (some seconds) or loading from the cache would
@@ -178,7 +179,9 @@ INNER_OPTIONS: Any = {
 
 #: True when the core runs as compiled code.
 COMPILED = (
-    os.environ.get("DAMPER_COMPILE", "1") != "0" and importlib.util.find_spec("numba") is not None
+    os.environ.get("DAMPER_COMPILE", "1") != "0"
+    and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+    and importlib.util.find_spec("numba") is not None
 )
 
 #: Seconds of a processor that a process runs plain before it loads compiled code.
@@ -223,9 +226,11 @@ def _load_numba() -> Any:
             from numba.core import types
             from numba.extending import typeof_impl
 
-            from damper.engine.inner import InnerCompiler
+            # A numba with other private classes compiles as it always does: slower, to the same.
+            with suppress(Exception):
+                from damper.engine.inner import tried_compiler
 
-            INNER_OPTIONS["pipeline_class"] = InnerCompiler
+                INNER_OPTIONS["pipeline_class"] = tried_compiler()
             # To compiled code a `Compiled` is the function that it holds.
             typeof_impl.register(Compiled)(lambda value, _: types.Dispatcher(value.inner))
             _folder = _make_cache_folder()

@@ -2,12 +2,17 @@
 
 numba makes machine code of each function on its own as well, which nobody would call: a fifth of
 the time that compiling takes. Loaded with numba only.
+
+The classes below are private to numba. Other versions of it may have others, or none.
 """
 
 from typing import Any
 
+import numba
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+
+from damper.engine.compiled import INNER_OPTIONS
 
 
 class _NoEnvironment:
@@ -39,3 +44,23 @@ class InnerCompiler(Compiler):
         if state.library is None:
             state.library = _PartOfCallers(state.targetctx.codegen(), state.func_id.func_qualname)
         return super().define_pipelines()
+
+
+#: Version of numba that the tests run with.
+_TESTED = (0, 68)
+
+
+def tried_compiler() -> type[Compiler]:
+    """Return `InnerCompiler`; of another version of numba after a trial, which raises if it fails.
+
+    A trial takes some .3 s.
+    """
+    if numba.version_info.short != _TESTED:
+        part = numba.njit(pipeline_class=InnerCompiler, **INNER_OPTIONS)(_double)
+        if numba.njit(lambda x: part(x))(1.5) != 3.0:
+            raise RuntimeError("numba compiles a part of a function to something else")
+    return InnerCompiler
+
+
+def _double(x):
+    return 2.0 * x
