@@ -230,7 +230,7 @@ def _load_numba() -> Any:
             with suppress(Exception):
                 from damper.engine.inner import tried_compiler
 
-                INNER_OPTIONS["pipeline_class"] = tried_compiler()
+                INNER_OPTIONS["pipeline_class"] = tried_compiler(INNER_OPTIONS)
             # To compiled code a `Compiled` is the function that it holds.
             typeof_impl.register(Compiled)(lambda value, _: types.Dispatcher(value.inner))
             _folder = _make_cache_folder()

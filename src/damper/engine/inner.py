@@ -12,8 +12,6 @@ import numba
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 
-from damper.engine.compiled import INNER_OPTIONS
-
 
 class _NoEnvironment:
     @staticmethod
@@ -50,13 +48,13 @@ class InnerCompiler(Compiler):
 _TESTED = (0, 68)
 
 
-def tried_compiler() -> type[Compiler]:
+def tried_compiler(options: dict[str, Any]) -> type[Compiler]:
     """Return `InnerCompiler`; of another version of numba after a trial, which raises if it fails.
 
-    A trial takes some .3 s.
+    A trial takes some .3 s. `options` are those of an inner function.
     """
     if numba.version_info.short != _TESTED:
-        part = numba.njit(pipeline_class=InnerCompiler, **INNER_OPTIONS)(_double)
+        part = numba.njit(pipeline_class=InnerCompiler, **options)(_double)
         if numba.njit(lambda x: part(x))(1.5) != 3.0:
             raise RuntimeError("numba compiles a part of a function to something else")
     return InnerCompiler
