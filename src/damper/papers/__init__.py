@@ -1,1 +1,1 @@
-"""What the two papers state, how it is judged, and the calibration that scores it."""
+"""Statements of the two papers, their verdicts, and the calibration that scores them."""

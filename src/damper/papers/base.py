@@ -1,4 +1,4 @@
-"""What a statement of a paper is made of: words and numbers, a rule that judges it, scores."""
+"""Classes of a paper's statements: words and numbers, a rule that judges them, scores."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Statement:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What was found, what that makes of the statement, and why, in one line.
+    """The verdict on a statement: its kind, the numbers found, and the reason in a line.
 
     `why` names the reading where the verdict is `READING`. `numbers` are the rows of a table, its
     heads first.

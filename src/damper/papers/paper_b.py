@@ -46,7 +46,7 @@ _LEAST_CHANGE = 0.05
 
 
 class _Reading(NamedTuple):
-    """One way to read a statement on the interval of chatter."""
+    """A reading of a statement on the interval of chatter."""
 
     words: str
     ranges: Ranges
@@ -236,8 +236,8 @@ def _score_b1(cube: xr.Dataset, tolerances: Tolerances) -> Scored:
 def _score_trend(cube: xr.Dataset, tolerances: Tolerances, axis: str) -> Scored:
     """Score that the part of all restitutions that chatters falls along an axis.
 
-    Of the steps between neighbouring values, at each value of the other axis, those that fall less
-    those that rise, over all of them: 0 where there is no trend.
+    Falling steps less rising steps, over all steps between neighbouring values at each value of the
+    other axis: 0 without a trend.
     """
     chatters = _chatter_in_r(cube).sortby(axis)
     width = chatters.sum("restitution", skipna=False)

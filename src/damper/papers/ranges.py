@@ -29,8 +29,8 @@ class Range(NamedTuple):
 def range_of(values: np.ndarray, holds: np.ndarray) -> Range:
     """Hull of all runs of at least three neighbouring values at which something holds.
 
-    Its length is that of all values at which it holds, whether or not they are neighbours: their
-    number times the step of the axis.
+    Its length counts all values at which the statement holds, neighbours or not: their number times
+    the step of the axis.
     """
     step = float(np.abs(np.diff(values)).min()) if values.size > 1 else 0.0
     length = step * float(np.sum(holds))

@@ -1,6 +1,6 @@
-"""Results as an RO-Crate: what each file is, of which study, and what made it.
+"""Results as an RO-Crate: the contents of each file, its study and its origin.
 
-The same results give the same bytes, so no time is in it: who publishes a crate adds
+The same results give the same bytes, so the crate holds no time; its publisher adds
 `datePublished`.
 """
 
@@ -114,7 +114,7 @@ def _references(paths: Any) -> list[dict[str, str]]:
 
 
 def _file(results: Path, path: str, description: str) -> dict[str, Any]:
-    """Describe a file; what holds run times has another content each time."""
+    """Describe a file; files with run times differ in each run."""
     about = {"@id": path, "@type": "File", "name": path.rpartition("/")[2]}
     about |= {"encodingFormat": FORMATS.get(Path(path).suffix, "application/octet-stream")}
     if "timed" not in path.split("/"):

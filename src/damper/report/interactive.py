@@ -29,7 +29,7 @@ from damper.sweep.record import force_of, masses_of
 #: dots of a column.
 _NEAR, _DOTS = 5e-4, 40
 _BRANCHES = ("direction", "draw")
-#: What the page's script knows, in both systems of units; of forces, these.
+#: Quantities that the page's script knows, in both systems of units, and its forces.
 _KNOWN = (*BASIC, "force_amplitude", "restitution_left", "gravity")
 KNOWN = {*_KNOWN, *(SI_NAME[name] for name in _KNOWN), "primary_mass", "damping", "stiffness"}
 FORCES = ("harmonic", "none")
@@ -195,7 +195,7 @@ def _diagram(place: Any, names: Sequence[str], dims: Sequence[str]) -> dict[str,
 
 
 def _columns(array: Any, dims: Sequence[str]) -> dict[str, Any]:
-    """All that lies over each place of the abscissa: how many dots, and where."""
+    """Return the dots over each place of the abscissa: their number and their values."""
     log = array.name in LOGARITHMIC
     columns = array.transpose(*dims, ...).values
     columns = columns.reshape(math.prod(array.sizes[dim] for dim in dims), -1)

@@ -26,9 +26,9 @@ from damper.report.stopped import stopped_early
 
 #: Rows of a table that the page shows; the rest is in the file.
 SHOWN_ROWS = 40
-#: Of the page with its interactive figures: what still can be sent by mail, and opens at once.
+#: Largest page with its interactive figures, which can still be sent by mail and opens at once.
 MOST_BYTES = 10e6
-#: What studies are listed under, by their source.
+#: Headings of the list of studies, by their source.
 SUBJECTS = ("Paper A", "Paper B", "Own studies", "Checks of the engine")
 #: Where the front leads: title, text, study whose chapter it is or "claims".
 CARDS = (
@@ -39,7 +39,7 @@ CARDS = (
 _YES_NO = {"True": "yes", "False": "no"}
 #: Scripts of the page, in this order.
 SCRIPTS = ("engine.js", "page.js")
-#: What the foot of the page has of each cube's attributes, and the packages that it lists.
+#: Attributes of cubes and packages that the foot of the page lists.
 PROVENANCE = ("code_digest", "accuracy", "transient_periods", "recorded_periods", "runs")
 PACKAGES = ("numpy", "numba", "pandas", "xarray", "netCDF4", "matplotlib", "plotly", "snakemake")
 
@@ -101,7 +101,7 @@ class Chapter:
     interactive: Sequence[tuple[str, str, str]] = ()
     """Path of each interactive figure, without suffix, its caption, and what to see in it."""
     provenance: Mapping[str, str] = field(default_factory=dict)
-    """What its cube says of how it was made."""
+    """Provenance of the study, from its cube."""
     of_dampers: bool = True
     """Whether it is about dampers; others check the engine."""
 
@@ -254,8 +254,8 @@ def captions(folder: Path, kinds: Iterable[str]) -> dict[str, Callable[[Mapping[
     Parameters
     ----------
     folder : Path
-        With a reStructuredText file for each kind, a Jinja template of the settings, so that it
-        speaks only of what is there; of a kind without there is nothing to say.
+        With a reStructuredText file for each kind, a Jinja template of the settings, so that it can
+        leave out absent settings; a kind may have no file.
     kinds : iterable of str
     """
     from docutils.core import publish_parts

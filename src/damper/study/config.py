@@ -1,4 +1,4 @@
-"""The study language: what a study file and the workflow's configuration may say.
+"""The study language: loads study files and the workflow's configuration.
 
 A study file is one `Study`, or one of the `STUDIES` if it says so; `load_config` turns
 config/config.yaml into the studies it names, or raises one `ConfigError` that lists every mistake
@@ -81,10 +81,10 @@ def load_config(given: Any, directory: Path, files: Iterable[Path] = ()) -> Conf
 def load_study(path: Path, override: dict[str, Any] | None = None) -> Any:
     """Load one study file; its stem is the study's name.
 
-    `override` is a partial study that is merged over the file. What it says about the values of an
-    axis replaces the way in which the file gives them, and a figure or table that is null in it is
-    left out. As in `load_config`, text that looks like a number counts as one in it. ConfigError
-    lists everything that is wrong with both.
+    `override` is a partial study that is merged over the file. Its values of an axis replace the
+    file's, in whatever form the file gives them; null leaves out a figure or table. As in
+    `load_config`, text that looks like a number counts as a number. ConfigError lists all mistakes
+    of both.
     """
     above = YamlFile(f"{path} (override)", override)
     return _load(Path(path), str(path), override, _Parts([above]), ())

@@ -1,7 +1,7 @@
 """Digest of the code behind a result: Snakemake does not notice an edit in an imported package.
 
 The digest of a script covers the script and every damper module that it imports, directly or
-not. Rules list it among their `params`, so an edit reruns just what depends on it.
+not. Rules list it among their `params`, so an edit reruns the dependent jobs only.
 """
 
 import re
@@ -19,7 +19,7 @@ _PACKAGE = Path(__file__).parent.parent
 def code_digest(script: Path, modules: Iterable[str] = ()) -> str:
     """Digest of a script and the damper modules behind it, in hexadecimal digits.
 
-    `modules` are those that it loads by name, such as the observers that a study asks for;
+    `modules` are the modules that it loads by name, such as the observers that a study asks for;
     ValueError for one that is not of damper. The same on every platform: newlines are normalised.
     """
     sources = sorted((path.name, _digest(path)) for path in files_behind(script, modules))
@@ -74,8 +74,8 @@ def _file(module: str, package: Path) -> Path | None:
     """Return the source file of a damper module; None for anything else.
 
     The package's own front is left out: it holds nothing but names that load on first use. So is
-    the study language, which figures and tables import for their settings: what it makes of a
-    study stands among the settings of its jobs, which are compared as they are.
+    the study language, which figures and tables import for their settings: its results stand among
+    the settings of the jobs, which are compared as they are.
     """
     first, *rest = module.split(".")
     if first != "damper" or not rest or rest[0] == "study":

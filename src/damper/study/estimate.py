@@ -1,4 +1,4 @@
-"""What a study takes, estimated from its settings alone: time, memory, disk, resources of jobs.
+"""Estimated cost of a study, from its settings alone: time, memory, disk, resources of jobs.
 
 The numbers are rough upper figures, for compiled code on one core. Estimated over measured, for the
 22 studies with a cube of a default run on two cores: time of a study's simulation jobs 3.7 in the
@@ -149,6 +149,6 @@ def _fan(study: Study, found: Estimate) -> str:
 
 
 def _resources(memory: int, seconds: float) -> dict[str, int]:
-    # A job that is cut is lost: what it takes to compile where the cache is empty, minutes and up
-    # to 450 MB in all, besides.
+    # A job that the scheduler cuts is lost, so compiling with an empty cache is included: minutes
+    # and up to 450 MB.
     return {"mem_mb": ceil(memory / 1e6) + 250, "runtime": ceil(seconds / 60.0) + 5}

@@ -1,4 +1,4 @@
-"""What the settings of a study are made of: pydantic's types, and the few that it does not have.
+"""Types of a study's settings, beside pydantic's own.
 
 A setting is annotated with a type of Python and pydantic's `Field`, such as
 ``Annotated[int, Field(ge=1, description="How many.")]``; pydantic checks it strictly and makes its
@@ -169,7 +169,7 @@ class Note:
 Unit = partial(Note, "unit")
 """The unit of a number, for the reference and for editors."""
 Rule = partial(Note, "$comment")
-"""What is allowed beside the bounds, in words."""
+"""Allowed values in words, beside the bounds."""
 
 
 class Or:
@@ -243,7 +243,7 @@ def _on_one_line(text: str) -> str:
 
 
 def _folder(text: str) -> str:
-    """Check a folder for results; what may stand in its name, Snakemake takes as it is."""
+    """Check the name of a folder for results, which Snakemake takes as it is."""
     path, mistakes = PurePosixPath(text), Mistakes()
     if len(text) > 200 or not path.parts or not all(map(_FOLDER.fullmatch, path.parts)):
         mistakes.add((), f"cannot be the folder of results (value: {display(text)})", FOLDER_WORDS)
@@ -271,7 +271,7 @@ Coordinate = Annotated[float, AfterValidator(_in_range), Rule(COORDINATE), Unit(
 
 
 def one_of(names: Iterable[str]) -> GetPydanticSchema:
-    """Mark text: one of `names`, where these are not written out as a Literal."""
+    """Mark text that must be among `names`, where a Literal does not list them."""
     return GetPydanticSchema(lambda source, handler: core_schema.literal_schema(list(names)))
 
 

@@ -30,7 +30,7 @@ def fingerprint(settings: Any) -> str:
 def stamp(paths: Iterable[Path | str], settings: Any) -> None:
     """Write the fingerprint of a job's settings, and of their bytes, into the files it has made.
 
-    CSV has no place for it: what the Markdown beside it says holds for both.
+    CSV has no place for it: the fingerprint in the Markdown beside it holds for both.
     """
     made_of = fingerprint(settings)
     for path in map(Path, paths):
@@ -47,7 +47,7 @@ def stamp(paths: Iterable[Path | str], settings: Any) -> None:
 
 
 def fingerprint_in(path: Path | str) -> str | None:
-    """Return the fingerprint that a file carries; None if it has none, or its bytes have changed.
+    """Return the fingerprint of a file; None without a fingerprint, or if the bytes have changed.
 
     All of it is read. `Checked` remembers of which files that has been done.
     """
@@ -106,7 +106,7 @@ def _line(*known: str) -> str:
 def _state(path: Path) -> str:
     """Return what changes with the bytes of a file, or of the CSV beside it.
 
-    Who sets back the time of modification cannot set back that of the last change.
+    The time of modification can be set back, the time of the last change cannot.
     """
     found = (one.stat() for one in (path, *_beside(path)))
     return " ".join(f"{one.st_size} {one.st_mtime_ns} {one.st_ctime_ns}" for one in found)

@@ -181,7 +181,7 @@ def _type(hint: Any) -> Any:
 
 
 def _meanings(declared: Any) -> dict[str, str]:
-    """What a docstring in numpydoc's form says of each parameter."""
+    """Return the meaning of each parameter in a docstring of numpydoc's form."""
     listed = cleandoc(declared.__doc__ or "").partition("Parameters\n----------\n")[2]
     entries = re.findall(r"^([\w, ]+) : .*\n((?:    .*\n?)+)", listed.partition("\n\n")[0], re.M)
     return {

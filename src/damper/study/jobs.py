@@ -1,4 +1,4 @@
-"""Jobs: what the workflow runs for a study, whatever kind of study it is.
+"""Jobs that the workflow runs, for every kind of study.
 
 A kind of study says its `parts`, and which files are `gathered` from them or `timed`. Two rules run
 them all. So what a job does lies in a module that knows nothing of the study language: a job loads
@@ -24,7 +24,7 @@ USUAL_RESOURCES = {"mem_mb": 1000, "runtime": 30}
 
 
 class Job(NamedTuple):
-    """What one job does, and what it takes."""
+    """A job of the workflow and its resources."""
 
     module: str
     """Has the function that does it, by the job's rule: `run_part(needed, **settings)` returns a
@@ -37,7 +37,7 @@ class Job(NamedTuple):
     loads: tuple[str, ...] = ()
     """Modules that are loaded by name: they belong to the code behind the result."""
     compiled: tuple[str, ...] = ()
-    """What it is worth compiling before, as the rule `compile` names it."""
+    """Code to compile before the job, as the rule `compile` names it."""
     resources: Mapping[str, int] = USUAL_RESOURCES
     files: Mapping[str, str] = {}
     """Files that the function of a part is given as well: argument -> path."""
@@ -57,7 +57,7 @@ def shares(count: int, jobs: int) -> list[tuple[int, int]]:
 def read_parts(paths: Sequence[str], fingerprints: Iterable[str]) -> list[PartData]:
     """Read parts for a job; SystemExit names those that are not as they should be.
 
-    These are removed, so that the same command makes them anew.
+    The damaged parts are removed, so that the same command makes them anew.
     """
     # Not above: studies are read without numpy.
     from damper.sweep.parts import DamagedPartError, read_part

@@ -1,4 +1,4 @@
-"""Which kinds of figures, tables and studies there are: one file each, found by its name.
+"""The kinds of figures, tables and studies: a file each, found by its name.
 
 A file holds the class of a kind's settings beside the function that draws or makes it, and is
 imported when a study, the schema or the reference asks for that kind. The language imports nothing

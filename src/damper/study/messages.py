@@ -1,4 +1,4 @@
-"""What is wrong with a study, in words: pydantic's errors and what our own rules find."""
+"""Mistakes of a study in words, from pydantic's errors and from our own rules."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _in_range(quantity: Quantity) -> str:
 
 
 IN_RANGE = OfQuantities(ALL, _in_range)
-"""What a value of each quantity may be, in words."""
+"""Allowed values of each quantity, in words."""
 
 
 class Nothing:
@@ -44,7 +44,7 @@ class Mistakes:
         return bool(self.lines)
 
     def add(self, loc: Loc, message: str, allowed: str = "", near: str = "") -> None:
-        """Note one mistake: what is wrong, what is allowed, the nearest name."""
+        """Note a mistake: message, allowed values, the nearest name."""
         error = PydanticCustomError("mistake", "{message}", _report(message, allowed, near))
         self.lines.append({"type": error, "loc": loc, "input": None})
 

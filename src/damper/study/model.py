@@ -1,4 +1,4 @@
-"""What a study file says as a whole, and what the workflow gets of it."""
+"""The model of a study file, and its jobs for the workflow."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
 
     @property
     def own(self) -> dict[str, Fixed]:
-        """What single masses have of their own, such as `clearance_1`."""
+        """Quantities of single masses, such as `clearance_1`."""
         return own_values(self.masses)
 
     @property
@@ -183,12 +183,12 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
 
     @property
     def forcing_settings(self) -> dict[str, Any]:
-        """What jobs get of it beside its file; nothing where it is the default."""
+        """Settings of the forcing for jobs, beside its file; empty for the default."""
         return {} if self.force == HARMONIC else {"forcing": self.forcing.settings}
 
     @property
     def forcing_about(self) -> dict[str, Any]:
-        """What the cube and the page say of it."""
+        """Attributes of the forcing for the cube and the page."""
         about = self.force.settings | ({"seed": EACH_DRAW} if self.forcing.drawn else {})
         path = self.forcing.path(self._folder)
         if path is not None:
@@ -205,14 +205,14 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     def corners(self) -> list[Parameters]:
         """Parameters at the ends of all axes and draws; ValueError when a value there is refused.
 
-        Each dimensionless parameter is monotone in what it is formed from, so the ends show what
-        the values between them are allowed to be and which model they ask for.
+        Each dimensionless parameter is monotone in the quantities that form it, so the ends of the
+        axes show whether the values between are allowed, and which models they need.
         """
         every: dict[str, Any] = {"forcing": self.force}
         if self.masses:
             every["masses"] = [{}] * len(self.masses)
-        # What the masses have of their own never meets: each goes through its ends beside the
-        # others. Mass 0 may set the units of all.
+        # Quantities of different masses never form a parameter together: each mass goes through its
+        # ends beside the others. Mass 0 may set the units of all.
         ends: dict[int, dict[str, set[float]]] = {0: {}}
         for name, values in self.ends.items():
             if name not in INITIAL_NAMES:
@@ -266,7 +266,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
 
     @property
     def contents(self) -> StudyContents:
-        """What there is to make figures and tables of."""
+        """Parts of the study that figures and tables can use."""
         starts = tuple(name for name in self.drawn if name in INITIAL_NAMES)
         return StudyContents(
             self.axis_values,
@@ -338,7 +338,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
 
     @property
     def values(self) -> dict[str, str]:
-        """What a page says of the study's settings: name -> value."""
+        """Settings of the study for a page: name -> value."""
         given = {name: (value,) for name, value in self.fixed.items()} | self.axis_values
         si = is_si({**given, **self.drawn})
         values = {name: _values_text(name, numbers, si) for name, numbers in given.items()}
@@ -355,7 +355,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
 
     @property
     def origins(self) -> dict[str, str]:
-        """What a page says of where they come from: name -> remark."""
+        """Origins of the settings for a page: name -> remark."""
         origins = {name: f"assumed: {text}" for name, text in self.assumed.items()}
         return origins | {name: f"stated: {text}" for name, text in self.stated.items()}
 
@@ -416,7 +416,7 @@ def _values_text(name: str, values: tuple[float, ...], si: bool) -> str:
 
 
 def _drawn_text(name: str, drawn: Drawn, si: bool) -> str:
-    """What a drawn quantity may be, with units."""
+    """Text of a drawn quantity's range, with units."""
     ways = []
     rule = drawn.rule
     if drawn.range is not None:
@@ -437,7 +437,7 @@ def _units_text(name: str, si: bool) -> str:
 
 
 class Settings(Strict):
-    """The configuration as written; which studies there are is known to the file system."""
+    """The configuration as written; the studies are found in the file system."""
 
     studies: Annotated[
         Some[Text],

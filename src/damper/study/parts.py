@@ -95,9 +95,9 @@ def engine_parts(study: Study) -> tuple[str, ...]:
 def _engine_part(p: Parameters) -> str:
     """Name of the event loop for a damper.
 
-    Code is compiled for each sort of constants: noise is a record, and a base seen from the ground,
-    or an unbalance, a harmonic force. What acts on the free mass as well is a sort of its own, and
-    so is a weight, or friction of several masses.
+    Code is compiled for each class of constants: noise is a record; a base seen from the ground, or
+    an unbalance, is a harmonic force. A force that acts on the free mass as well has a class of its
+    own, and so have a weight and friction of several masses.
     """
     force = p.forcing if p.force_amplitude else NoForce()
     kind = {"noise": "record", "unbalance": "harmonic"}.get(force.kind, force.kind)
@@ -112,7 +112,7 @@ def _engine_part(p: Parameters) -> str:
 
 def simulation_modules(study: Study) -> tuple[str, ...]:
     """Modules of the model and the observers of a study: others do not concern its results."""
-    # Points of any model that do not ask for it, such as those without modulation, are rigid.
+    # Points at a model's default, such as points without modulation, are rigid.
     models = sorted({"damper.models.rigid", f"damper.models.{study.model}"})
     energies = {"decay", "laws", "response", "statistics"} | (
         {"impacts"} if study.contents.asks("impacts", "largest") else set()

@@ -1,4 +1,4 @@
-"""What every figure and table has in common, and what it may ask of a study."""
+"""The base class of figures and tables, and the parts of a study that they may use."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from damper.study.study_file import Made, See
 from damper.study.yaml_file import display, join_names
 from damper.sweep.branches import DIRECTIONS
 
-#: What the observer `bursts` writes of single bursts that is compared with the rigid damper.
+#: Variables of single bursts that are compared with the rigid damper.
 BURST_RECORDS = ("burst_onset", "burst_duration", "burst_accumulation_time", "burst_sticking_time")
 #: Names of the free travel.
 FREE_TRAVEL = ("clearance", "gap")
@@ -63,7 +63,7 @@ Place = Annotated[
 
 @dataclass(frozen=True)
 class StudyContents:
-    """What a study has to make figures and tables of."""
+    """Parts of a study that figures and tables can use."""
 
     axes: Mapping[str, tuple[float, ...]]
     """The values of every axis."""
@@ -101,7 +101,7 @@ class StudyContents:
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """What the cube has with one value at each point, or at each free mass there."""
+        """Variables of the cube with a value at each point, or at each free mass of a point."""
         written = (variable for made in self.made.values() for variable in made.variables)
         single = (v.name for v in written if v.dims in ((), ("body",)))
         return (*single, "status")
@@ -146,7 +146,7 @@ class Role:
     """Whether it may be `body`."""
 
 
-#: What reduces the runs at each point to one number.
+#: Settings that reduce the runs at each point to a number.
 REDUCTIONS = {
     **{name: Role(branches=True, several=True) for name in ("worst", "band", "share")},
     "choose": Role(least=2, several=True),
@@ -197,7 +197,7 @@ class Product(Made):
 
     @property
     def beside(self) -> Mapping[str, str]:
-        """What other studies measure for it -> the study; see `check_beside`."""
+        """Variable -> the other study that measures it; see `check_beside`."""
         return {}
 
     def check_beside(self, what: str, study: StudyContents, mistakes: Mistakes) -> None:
@@ -205,7 +205,7 @@ class Product(Made):
 
 
 class OfNoise(Product):
-    """What shows means under noise beside their laws."""
+    """A figure or table of means under noise beside their closed forms."""
 
     of_theory: ClassVar[bool] = True
     knows: ClassVar[tuple[str, ...]] = (*BASIC, "force_amplitude", "forcing")
@@ -303,7 +303,7 @@ class FigureSettings(Product):
             self._need_body(study, mistakes)
 
     def _need_body(self, study: StudyContents, mistakes: Mistakes) -> None:
-        """Note that it shows one free mass, of which there are several."""
+        """Note a mistake: it shows a single free mass, and the study has several."""
         shown = {getattr(self, "variable", None), *(getattr(self, "variables", None) or ())}
         shown |= {name for name in self.needs if isinstance(name, str)}
         for name in sorted(filter(None, shown & study.of_bodies)):

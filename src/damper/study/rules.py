@@ -1,4 +1,4 @@
-"""What holds between the parts of a study: parameters given once, axes that have a place."""
+"""Rules between the parts of a study: parameters given once, axes that have a place."""
 
 from __future__ import annotations
 
@@ -287,7 +287,7 @@ def _given_once(study: Study, mistakes: Mistakes) -> bool:
         return False
     if not _has_masses(study, mistakes):
         return False
-    # What each mass has of its own is not asked for of all.
+    # A quantity that every mass gives by itself need not be given for all.
     numbers = range(len(study.masses))
     each = (name for name in OF_ANY_MASS if study.masses)
     every = {name for name in each if all(f"{name}_{k}" in given for k in numbers)}

@@ -131,7 +131,7 @@ def sort_of(schema: Schema) -> str:
 
 
 def choices_of(schema: Schema) -> tuple[str, ...]:
-    """Return all that may be written, where it is one of a few words."""
+    """Return the allowed words, where the schema lists them."""
     if schema.get("type") == "boolean":
         return ("true", "false")
     return tuple(schema.get("enum", [schema["const"]] if "const" in schema else ()))

@@ -234,7 +234,8 @@ class Drawn(Strict):
 
     @property
     def rule(self) -> dict[str, Any]:
-        """What is drawn, in the quantity's own unit, as `damper.sweep.branches.draw` takes it."""
+        """The rule of a draw, in the quantity's own unit, as `damper.sweep.branches.draw` takes
+        it."""
         given: dict[str, Any] = {"spacing": self.spacing, "share": self.share}
         for key in ("range", "values"):
             numbers = getattr(self, key)
@@ -261,7 +262,7 @@ MOST_DRAWS = 100_000
 
 
 class DrawKeys(Strict):
-    """What draws say beside the quantities that are drawn."""
+    """Settings of draws beside the drawn quantities."""
 
     count: Annotated[
         int, Field(ge=1, le=MOST_DRAWS, description="How many draws each point of the axes has.")

@@ -70,18 +70,18 @@ def simulate(
     initial : {"rest", "steady"}
         Where the primary starts: at rest or on its steady linear response.
     forcing : Forcing or str
-        What drives every damper, as for `damper.Parameters`; a harmonic force by default.
+        Force on every damper, as for `damper.Parameters`; a harmonic force by default.
     masses : sequence of mapping, optional
         Several free masses, as for `damper.Parameters`, counted from 0. A sequence among their
         values makes a dimension, such as ``clearance_1`` of mass 1; these names may be arguments
-        and drawn as well. What every mass has of its own need not be given for all.
+        and drawn as well. A quantity that every mass gives may be left out for all.
     draws : mapping, optional
         Quantities at random, the same draws at every point, along a dimension ``draw``:
         ``{"count": 20, "seed": 1, "initial_position": [-1, 1], "restitution": [0.5, 0.7]}``. In
-        place of a range, a mapping of ``range``, ``spacing`` ("linear" or "log"), and ``values``
-        of which it takes one in a ``share`` of the draws.
+        place of a range, a mapping of ``range``, ``spacing`` ("linear" or "log"), and ``values``,
+        from which a ``share`` of the draws take theirs.
     state : State, optional
-        Start of every run, in place of all that.
+        Start of every run, in place of `initial` and `draws` of the state.
     workers : int, optional
         Threads to use: one for each core, and for fewer than eight points one, when not given. The
         result is the same for any number of them. Without numba there is one.
@@ -133,7 +133,7 @@ def simulate(
         given = beside | given
     for name in OF_ANY_MASS if count else ():
         each = [given.get(f"{name}_{k}") for k in range(count)]
-        # Said of all, where each has its own, it would be one mass's.
+        # Every mass has its own value, so the value for all has no mass left.
         if isinstance(given.get(name), float) and None not in each and given[name] == each[0]:
             del given[name]
     force = read_forcing(forcing)

@@ -1,4 +1,4 @@
-"""What every file in config/studies has in common, whatever kind of study it is."""
+"""The base class of all study files in config/studies."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class Made(Strict):
     """A figure or a table of a study."""
 
     reads: ClassVar[tuple[str, ...]] = ("cube.nc",)
-    """Files of the study that it shows; none for a schematic, which waits for no simulation. What
-    shows times lies in the folder of times, as they do: all else has the same bytes whenever it is
-    made."""
+    """Files of the study that it shows; empty for a schematic, which waits for no simulation. A
+    figure that shows run times lies in the folder of times, so every other file has the same bytes
+    whenever it is made."""
 
     kind: Annotated[Text, Field(description="Which kind of figure or table this is.")]
 
@@ -41,7 +41,7 @@ class Made(Strict):
 
 
 class StudyFile(Strict):
-    """A study: what it is about, where its values come from, what is made of it."""
+    """A study: its subject, the origins of its values, its figures and tables."""
 
     has_cube: ClassVar[bool] = True
     """Whether it has results that are the same each time, in ``cube.nc``."""
@@ -61,12 +61,12 @@ class StudyFile(Strict):
 
     @property
     def values(self) -> Mapping[str, str]:
-        """What a page says of the study's settings: name -> value."""
+        """Settings of the study for a page: name -> value."""
         raise NotImplementedError
 
     @property
     def origins(self) -> Mapping[str, str]:
-        """What a page says of where they come from: name -> remark."""
+        """Origins of the settings for a page: name -> remark."""
         return {}
 
     def products(self) -> Iterator[tuple[str, str, Any]]:

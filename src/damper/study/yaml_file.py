@@ -227,7 +227,7 @@ class _Loader(yaml.BaseLoader):
 
 
 class _FastLoader(getattr(yaml, "CBaseLoader", yaml.BaseLoader)):  # type: ignore[misc]
-    """The same by libyaml, where PyYAML has it."""
+    """The loader of libyaml, where PyYAML has it."""
 
 
 _TAG = "tag:yaml.org,2002:"

@@ -1,4 +1,4 @@
-"""One style for all figures, and files with the same bytes every time."""
+"""The style of all figures, and files with the same bytes every time."""
 
 from __future__ import annotations
 
