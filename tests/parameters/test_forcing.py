@@ -1,8 +1,8 @@
 """The forces that a damper may be under: what they may be given, the message for each mistake."""
 
 import math
+import os
 import pickle
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from damper import (
     Unbalance,
 )
 from damper.models import model_of
+from damper.parameters.files import contents
 from damper.parameters.forcing import FORCINGS, forcing_of
 
 SI = SIParameters(2.0, 4.0, 200.0, 10.0, 11.0, 0.2, 0.1, 0.5)
@@ -209,13 +210,82 @@ class WithUnits(list):
         ("# a comment\n\ntime (s); force [N]\n 0 ; 1\r\n0.5; -0.2\n", {"delimiter": ";"}),
         ("v,t,w\n1,0,7\n-0.2,0.5,x\n", {"columns": ("t", "v")}),
         ("7,1,0\n7,-0.2,0.5\n", {"columns": (2, 1)}),
+        ('0,1\r  \r # a, b\r"0.5","-0.2"\r', {}),
+        ("t_s\tF_N\tG\n0\t1\ta b\n0.5\t-0.2\t\n", {"columns": ("t", "F_N")}),
     ],
-    ids=range(5),
+    ids=range(7),
 )
 def test_files_of_a_record(tmp_path: Path, text: str, given: dict[str, Any]) -> None:
     (tmp_path / "record.csv").write_text(text, encoding="utf-8")
     found = Record.read(tmp_path / "record.csv", **given)
     assert found == Record([0.0, 0.5], [1.0, -0.2])
+
+
+@pytest.mark.parametrize(
+    ("text", "layout"),
+    [
+        ("0, 1\n1, 2.5\n", ""),
+        ("a b;c\n0;1\n1;2,5\n", "separated by semicolons, decimal commas"),
+        ("0\t1.0\n1\t2.5\n", "separated by tabs"),
+        ("0,0  1\n 1,0 2,5\n", "separated by blanks, decimal commas"),
+        ("0|1\n1|2.5\n", "separated by '|'"),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_separator_and_decimal_sign_are_found(
+    tmp_path: Path, text: str, layout: str, encoding: str
+) -> None:
+    (tmp_path / "record.csv").write_text(text, encoding=encoding)
+    found = Record.read(tmp_path / "record.csv", delimiter="|" if "|" in text else None)
+    assert found == Record([0.0, 1.0], [1.0, 2.5])
+    assert found.layout == layout
+
+
+def test_numbers_of_a_file_are_rounded_as_python_rounds_them(tmp_path: Path) -> None:
+    chance = np.random.default_rng(5)
+    words = [f"{x:.{n}e}" for x, n in zip(chance.normal(size=300), [8, 16, 25] * 100, strict=True)]
+    (tmp_path / "record.csv").write_text("".join(f"{k},{w}\n" for k, w in enumerate(words)))
+    assert Record.read(tmp_path / "record.csv").value.tolist() == [float(w) for w in words]
+
+
+@pytest.mark.parametrize(
+    ("head", "time", "value"),
+    [
+        ("time (s),a (m/s\u00b2)", "", ""),
+        ("t (S),a (m s-2)", "", ""),
+        ("t [sec],a [m/s/s]", "", ""),
+        ("t / s,a / (m/s^2)", "", ""),
+        ("t_s,acc_m/s2", "", ""),
+        ("t: s,a in m\u00b7s\u207b\u00b2", "", ""),
+        ("s,m s^{-2}", "", ""),
+        ("time (s),a (1)", "", ""),
+        ("# t (s),a (m/s2)", "", ""),
+        ("# recorded on a slab, north", "", ""),
+        ("t,v", "", ""),
+        ("time {ms},a", "time is in ms", ""),
+        ("t: ms,a", "t is in ms", ""),
+        ("time_ms,a", "time is in ms", ""),
+        ("# t / ms,a", "t is in ms", ""),
+        ("ms,a", "ms is in ms", ""),
+        ("t,a {g}", "", "a is in g"),
+        ("t,a: g", "", "a is in g"),
+        ("t,a_g", "", "a is in g"),
+        ("t,acc [mm/s\u00b2]", "", "acc is in mm/s\u00b2"),
+        ("t,force kN", "", "force is in kN"),
+        ("t,accG", "", "acc is in G"),
+    ],
+)
+def test_a_unit_in_a_head_is_understood_or_asked_about(
+    tmp_path: Path, head: str, time: str, value: str
+) -> None:
+    path = tmp_path / "record.csv"
+    path.write_text(f"{head}\n0,1\n1,2\n", encoding="utf-8")
+    if not (time or value):
+        assert Record.read(path, of="base_acceleration").samples == 2
+        return
+    message = refused(lambda: Record.read(path, of="base_acceleration"))
+    unit = "s" if time else "m/s2"
+    assert message == f"{path}, line 1: {time or value}: must be in {unit}, or without unit"
 
 
 @pytest.mark.parametrize(
@@ -225,8 +295,12 @@ def test_files_of_a_record(tmp_path: Path, text: str, given: dict[str, Any]) -> 
         ("t,v\n0,1\n", {}, ": time has 1 samples"),
         ("0,1\n\n1,x\n", {}, ", line 3: 'x' is no number"),
         ("0,1\n1,\n2,3\n", {}, ", line 2: there is nothing in column 1 (from 0)"),
-        ("0,1\n1\n2,3\n", {}, ", line 2: 1 columns: must be two, or `columns` has to say"),
+        ("0,1\n1\n2,3\n", {}, ", line 2: 1 column: must be two, time and value, and `delimiter`"),
+        ("0|1\n1|2\n", {}, ", line 2: 1 column: must be two, time and value, and `delimiter`"),
         ("0,1,2\n1,2,3\n", {}, ", line 1: 3 columns: must be two, or `columns` has to say"),
+        ("0;1;2\n1;2;3\n", {}, ", line 1 (separated by semicolons): 3 columns: must be two, or"),
+        ("0,1,2\n1,2,3\n", {"columns": (0, -1)}, ", line 1: there is nothing in column -1"),
+        ("0,1,2\n1,2\n", {"columns": (0, 2)}, ", line 2: there is nothing in column 2"),
         (
             "# x\n0,1\n1,nan\n",
             {},
@@ -243,17 +317,58 @@ def test_files_of_a_record(tmp_path: Path, text: str, given: dict[str, Any]) -> 
         ),
         ("t,a,b\n0,1,2\n", {"columns": ("t", "c")}, " 'c': must be one of t, a, b"),
         ("0,1\n1,2\n", {"columns": (0,)}, "columns = (0,): must be those of time and value"),
+        ("0,1\n1,2\n", {"columns": "tv"}, "columns = 'tv': must be those of time and value"),
+        ("0,1\n1,2\n", {"delimiter": "::"}, "delimiter = '::': must be one character"),
         ("0,1\n1,2\n", {"of": "forces"}, "unknown Record.of 'forces' (did you mean 'force'?)"),
+        ("0,1\n1,1_000\n", {}, ", line 2: '1_000' is no number"),
+        ("0,1\n1,\u0661\n", {}, ", line 2: '\u0661' is no number"),
+        ("0,1\n1,2 # x\n", {}, ", line 2: '2 # x' is no number"),
+        ("0,1e308\n1,-1e308\n", {}, ", line 2: value = -1e+308: the slope to it is infinite"),
+        ("0,1\n1,1e999\n", {}, ", line 2: value = inf: must be a finite number"),
+        ("0;1,000\n1;999.5\n", {}, ": decimal commas (line 1) and points (line 2): must be one"),
+        ("0;1.000,5\n1;2\n", {}, ", line 1 (separated by semicolons): '1.000,5' is no number"),
+        ("time,a\ns,g\n0,1\n1,2\n", {}, ", line 2: 's' is no number"),
+        ("\x1f\x8b", {}, ": is packed by gzip: must be unpacked"),
+        ("PK\3\4", {}, ": is a workbook or another zip archive: must be saved as CSV"),
+        ("0\0,\x001\0", {}, ": is no text: must be a CSV file in UTF-8"),
     ],
-    ids=lambda value: re.sub(r"\s", " ", value) if isinstance(value, str) else "",
+    ids=ascii,
 )
 def test_files_that_are_refused(
     tmp_path: Path, text: str, given: dict[str, Any], words: str
 ) -> None:
-    (tmp_path / "record.csv").write_text(text)
+    encoding = "latin-1" if text.startswith("\x1f") else "utf-8"
+    (tmp_path / "record.csv").write_text(text, encoding=encoding)
     message = refused(lambda: Record.read(tmp_path / "record.csv", **given))
     assert words in message
     assert "record.csv" in message or given
+
+
+def test_files_that_never_end_are_refused(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "device").symlink_to("/dev/zero")
+    with (tmp_path / "huge").open("wb") as file:
+        file.truncate(2 * 10**9)  # takes no room
+    for name in ("pipe", "device"):
+        with pytest.raises(OSError, match="it is a pipe or a device, not a regular file"):
+            Record.read(tmp_path / name)
+    with pytest.raises(OSError, match="it has 2000 MB, more than 1000 MB"):
+        Record.read(tmp_path / "huge")
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/mounts"), reason="no such files here")
+def test_no_more_is_read_of_a_file_than_its_size() -> None:
+    """Some files of Linux have size 0 and no end, such as /proc/kmsg; this one ends."""
+    assert contents("/proc/self/mounts") == b""
+
+
+def test_a_file_is_read_again_where_it_has_changed(tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    path.write_text("0,1\n1,2\n")
+    first = Record.read(path)
+    assert Record.read(path) is first
+    path.write_text("0,1\n1,3\n")
+    assert Record.read(path).value[1] == 3.0
 
 
 # --- noise

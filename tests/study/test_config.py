@@ -4,6 +4,7 @@ import contextlib
 import copy
 import math
 import random
+import os
 import re
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -211,8 +212,12 @@ def test_file_that_is_no_study(tmp_path: Path, text: str | bytes, part: str) -> 
 
 
 def test_file_that_is_not_there(tmp_path: Path) -> None:
+    (tmp_path / "link.yaml").symlink_to("away.yaml")
+    os.mkfifo(tmp_path / "pipe.yaml")
     for path, part in [
         (tmp_path / "none.yaml", "there is no such file"),
+        (tmp_path / "link.yaml", "is a link to away.yaml, which does not exist"),
+        (tmp_path / "pipe.yaml", "cannot be read: it is a pipe or a device, not a regular file"),
         (tmp_path, "cannot be read"),
     ]:
         with pytest.raises(ConfigError, match=part):

@@ -3,16 +3,16 @@
 Each is a shape, which `force_amplitude` multiplies. NumPy is loaded where arrays are given.
 """
 
-import csv
 import math
 import os
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
-from pathlib import Path
+from functools import cached_property, lru_cache
 from typing import Any, ClassVar, Literal, get_args
+from weakref import WeakValueDictionary
 
+from damper.parameters.files import state_of
 from damper.parameters.names import unknown_name
 from damper.parameters.quantity import Quantity, finite, in_range, whole
 from damper.parameters.units import AMPLITUDES, FORCE, FREE
@@ -352,6 +352,9 @@ class Record(_Sampled):
     of: Of = "force"
     after: After = "zero"
 
+    layout: ClassVar[str] = ""
+    """Separator and decimal sign of its file in words, where they are not commas and points."""
+
     def __post_init__(self) -> None:
         self._check_words()
         arrays = {name: _array(name, getattr(self, name)) for name in ("time", "value")}
@@ -394,9 +397,22 @@ class Record(_Sampled):
         """Its kind and settings, with the number of samples in place of the samples."""
         return {"kind": self.kind, "samples": self.samples, "of": self.of, "after": self.after}
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Record, (self.time, self.value, self.of, self.after)
+
+    @cached_property
+    def _scaled(self) -> "WeakValueDictionary[float, Record]":
+        return WeakValueDictionary()
+
     def over(self, time: float) -> "Record":
-        """Return the force with times in a unit that is `time` times as long."""
-        return Record(self.time / time, self.value, self.of, self.after)
+        """Return the force with times in a unit that is `time` times as long.
+
+        Dampers of one unit of time share one such record.
+        """
+        made = self._scaled.get(time)
+        if made is None:
+            made = self._scaled[time] = Record(self.time / time, self.value, self.of, self.after)
+        return made
 
     @classmethod
     def read(
@@ -406,22 +422,27 @@ class Record(_Sampled):
         *,
         of: Of = "force",
         after: After = "zero",
-        delimiter: str = ",",
+        delimiter: str | None = None,
     ) -> "Record":
         """Read a record from a CSV file, with one sample a line.
+
+        The same file is read once in a process; `layout` says what was found in it.
 
         Parameters
         ----------
         path : path
-            Lines that are empty, or begin with #, are skipped. The first one may name the columns,
-            and their units in brackets: s for times, N for a force, m/s2 for an acceleration.
+            Lines that are empty, or begin with #, are skipped. The first one, or a comment before
+            the samples, may name the columns and their units: s for times, N for a force, m/s2
+            for an acceleration; another unit is refused. Text is in UTF-8, or in UTF-16 with its
+            mark.
         columns : (str or int, str or int), optional
             Those of time and value, where there are more than these two: their names, or numbers
             that count from 0.
         of, after : str
             As for `Record`.
-        delimiter : str, default ","
-            What stands between columns.
+        delimiter : str, optional
+            What stands between columns; else it is found: tabs, semicolons, blanks or commas. Where
+            it is no comma, numbers may have decimal commas.
 
         Raises
         ------
@@ -438,18 +459,9 @@ class Record(_Sampled):
         Record(<3 samples from 0 to 0.02>, of='base_acceleration', after='zero')
         """
         _one_of("Record.of", of, get_args(Of))
-        lines = _lines(Path(path), delimiter)
-        places = _places(path, lines, columns, ("s", "N" if of == "force" else "m/s2"))
-        rows = [[_number(path, line, cells, place) for place in places] for line, cells in lines]
-        time, value = ([row[k] for row in rows] for k in range(2))
-        if wrong := _wrong_sample(_array("time", time), _array("value", value)):
-            name, number, words = wrong
-            where, found = "", ""
-            if number is not None:
-                where = f", line {lines[number][0]}"
-                found = f" = {rows[number][name == 'value']!r}"
-            raise ValueError(f"{path}{where}: {name}{found}{words}")
-        return cls(time, value, of, after)
+        _one_of("Record.after", after, get_args(After))
+        places = columns if columns is None or isinstance(columns, str) else tuple(columns)
+        return _read_record(os.fspath(path), state_of(path), places, of, after, delimiter)
 
 
 @dataclass(frozen=True)
@@ -714,7 +726,8 @@ def _array(name: str, values: Any) -> Any:
         raise TypeError(f"Record.{name}: must be a sequence of numbers")
     if array.ndim != 1:
         raise ValueError(f"Record.{name} has the shape {array.shape}: must be one column")
-    array = np.array(array, dtype=float)  # a copy
+    if array.dtype != float or array.flags.writeable or array.base is not None:
+        array = np.array(array, dtype=float)  # a copy
     array.setflags(write=False)
     return array
 
@@ -743,66 +756,25 @@ def _wrong_sample(time: Any, value: Any) -> tuple[str, int | None, str] | None:
     return None
 
 
-def _lines(path: Path, delimiter: str) -> list[tuple[int, list[str]]]:
-    """Cells of the lines of a CSV file that say something, with the numbers of the lines."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file, delimiter=delimiter)
-            lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{path}: not a CSV file in UTF-8: {error}") from None
-    return [
-        (number, cells) for number, cells in lines if any(cells) and not cells[0].startswith("#")
-    ]
-
-
-def _places(
-    path: Any,
-    lines: list[tuple[int, list[str]]],
+@lru_cache(maxsize=4)
+def _read_record(
+    path: str,
+    state: tuple[int, ...],
     columns: Sequence[str | int] | None,
-    units: Sequence[str],
-) -> list[int]:
-    """Where time and value are; a line that names the columns is taken away, its units checked."""
-    for line, cells in lines if columns is None else ():
-        if len(cells) != 2:
-            raise ValueError(
-                f"{path}, line {line}: {len(cells)} columns: must be two, or `columns` has to say "
-                "which are time and value"
-            )
-    head: list[tuple[str, str]] = []
-    if lines and not any(map(_is_number, lines[0][1])):
-        first, cells = lines.pop(0)
-        parts = (cell.replace("[", "(").rstrip(")]").partition("(") for cell in cells)
-        head = [(name.strip(), unit.strip()) for name, _, unit in parts]
-    names = [name for name, _ in head]
-    places = []
-    columns = (0, 1) if columns is None else columns
-    if isinstance(columns, str) or len(columns) != 2:
-        raise ValueError(f"columns = {columns!r}: must be those of time and value")
-    for column, unit in zip(columns, units, strict=True):
-        if isinstance(column, str):
-            _one_of(f"column of {path}", column, names)
-            column = names.index(column)
-        places.append(column)
-        name, found = head[column] if 0 <= column < len(head) else ("", "")
-        if found.replace("^", "") not in ("", "1", unit):
-            raise ValueError(
-                f"{path}, line {first}: {name} is in {found}: must be in {unit}, or without unit"
-            )
-    return places
+    of: Of,
+    after: After,
+    delimiter: str | None,
+) -> Record:
+    """Read a record from a file in a certain state, which is checked."""
+    from damper.parameters.record_file import RecordFile
 
-
-def _number(path: Any, line: int, cells: Sequence[str], place: int) -> float:
-    if not 0 <= place < len(cells) or not cells[place]:
-        raise ValueError(f"{path}, line {line}: there is nothing in column {place} (from 0)")
-    if not _is_number(cells[place]):
-        raise ValueError(f"{path}, line {line}: {cells[place]!r} is no number")
-    return float(cells[place])
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+    file = RecordFile(path, ("s", "N" if of == "force" else "m/s2"), columns, delimiter)
+    samples = dict(zip(("time", "value"), file.samples, strict=True))
+    if wrong := _wrong_sample(**samples):
+        name, number, words = wrong
+        where = "" if number is None else f", line {file.line_of(number)}"
+        found = "" if number is None else f" = {samples[name][number].item()!r}"
+        raise ValueError(f"{path}{where}: {name}{found}{words}")
+    record = Record(*file.samples, of, after)
+    record.__dict__["layout"] = file.found
+    return record

@@ -87,16 +87,18 @@ def estimate(study: Study) -> Estimate:
     """Estimate what a study takes."""
     sizes = {name: len(values) for name, values in study.axis_values.items()}
     slices = study.jobs * prod(sizes[name] for name in study.fan_axes)
+    draws = ceil(study.draw_settings().get("count", 0) / study.jobs)
+    times = {"primary_mass", "stiffness"}  # of the unit of time
+    copies = prod(sizes[name] for name in times.intersection(study.inner_axes))
+    if study.forcing.drawn or times.intersection(study.drawn):
+        copies *= draws
     job = Workload(
-        run_sizes(
-            {n: sizes[n] for n in study.inner_axes},
-            ceil(study.draw_settings().get("count", 0) / study.jobs),
-            study.follow,
-        ),
+        run_sizes({n: sizes[n] for n in study.inner_axes}, draws, study.follow),
         *study.most_cycles,
         make_observers(study.observer_settings()),
         study.model,
         study.force,
+        copies,
     )
     arrays = slices * job.array_bytes
     return Estimate(

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
 from hashlib import sha256
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from damper.parameters.files import contents, state_of
 from damper.study.fingerprint import fingerprint_in
 
 if TYPE_CHECKING:
@@ -81,7 +83,12 @@ def read_parts(paths: Sequence[str], fingerprints: Iterable[str]) -> list[PartDa
 
 def file_digest(path: Path | str) -> str:
     """Digest of the bytes of a file that a job reads, in 16 hexadecimal digits."""
-    return sha256(Path(path).read_bytes()).hexdigest()[:16]
+    return _digest(str(path), state_of(path))
+
+
+@lru_cache
+def _digest(path: str, state: tuple[int, ...]) -> str:
+    return sha256(contents(path)).hexdigest()[:16]
 
 
 def read_files(paths: Sequence[str], digests: Mapping[str, str]) -> dict[str, str]:

@@ -18,6 +18,7 @@ from yaml.error import MarkedYAMLError, YAMLError
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from yaml.reader import ReaderError
 
+from damper.parameters.files import contents
 from damper.parameters.names import nearest
 
 NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
@@ -119,7 +120,7 @@ def read_yaml(path: Path, label: str | None = None) -> YamlFile:
     """
     file = YamlFile(str(path) if label is None else label, None)
     try:
-        data = path.read_bytes()
+        data = contents(path)
         file.root = _tree(data.decode("utf-8-sig"))
         file.data = None if file.root is None else _value(file, file.root, ())
     except OSError as error:
@@ -145,6 +146,8 @@ def unreadable(path: Path, error: OSError) -> tuple[str, str]:
     """Say why a file cannot be read, and which one beside it was probably meant, or nothing."""
     if not isinstance(error, FileNotFoundError):
         return f"cannot be read: {error.strerror or 'unknown reason'}", ""
+    if path.is_symlink():
+        return f"is a link to {path.readlink()}, which does not exist", ""
     names: list[str] = []
     with suppress(OSError):
         names = sorted(other.name for other in path.parent.iterdir())

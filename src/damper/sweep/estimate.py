@@ -41,11 +41,14 @@ _PERIOD_SECONDS = 1e-6  # without impacts
 _BYTE_SECONDS = 4e-9
 _OBSERVED_SECONDS = 3e-7  # an impact, or a sample of a force, for each observer of it
 _SAMPLE_SECONDS = 5e-7  # of a force that is a record
+_READ_SECONDS = 2e-6  # of a sample of a record in a file
 
 # Bytes: jobs of one small run came to 165 to 215 MB; 400 000 runs to 0.9 kB more for each, 1.2 kB
-# in SI units.
+# in SI units. A record of 1e6 and 2e6 samples: 145 B for each, from its file to the engine.
 _PROCESS_BYTES = 250 * 10**6
 _RUN_BYTES = 1500
+_SAMPLE_BYTES = 200
+_COPY_BYTES = 16
 
 
 class Excess(NamedTuple):
@@ -76,6 +79,8 @@ class Workload:
     forcing : Forcing
         A sum of harmonics takes each impact as many times as long at most; a record ends a segment
         at each of its samples.
+    copies : int, default 1
+        Copies of its samples: one for each unit of time, or for each noise.
     """
 
     sizes: Mapping[str, int]
@@ -84,6 +89,7 @@ class Workload:
     observers: Sequence["Observer"]
     model: str = "rigid"
     forcing: Forcing = HARMONIC
+    copies: int = 1
 
     @property
     def runs(self) -> int:
@@ -98,7 +104,8 @@ class Workload:
     @property
     def seconds(self) -> float:
         """Time of the process on one core, a rough upper figure."""
-        return _MOST * (_PROCESS_SECONDS + self.run_seconds)
+        begin = _PROCESS_SECONDS + self.forcing.samples * _READ_SECONDS
+        return _MOST * (begin + self.run_seconds)
 
     @property
     def run_seconds(self) -> float:
@@ -164,7 +171,8 @@ class Workload:
 
     def _memory(self, runs: int) -> int:
         # The run at work keeps its results twice.
-        return _PROCESS_BYTES + runs * _RUN_BYTES + (runs + 1) * self._run_bytes
+        samples = self.forcing.samples * (_SAMPLE_BYTES + min(runs, self.copies) * _COPY_BYTES)
+        return _PROCESS_BYTES + samples + runs * _RUN_BYTES + (runs + 1) * self._run_bytes
 
     @property
     def _run_bytes(self) -> int:

@@ -103,7 +103,7 @@ def run_points(
     # Observers hold what they know of a run; only the arrays are shared.
     observer_sets = [make_observers(asked) for _ in range(threads)]
     made = observer_sets[0]
-    forces = (point.parameters.forcing for point in read)
+    forces = [point.parameters.forcing for point in read]
     dearest = max(forces, key=lambda force: force.samples + force.terms, default=HARMONIC)
     settings = RunSettings(**run)
     need_state(state)
@@ -112,7 +112,9 @@ def run_points(
     else:
         lengths = [settings.cycles(1.0, 0.0)]
     longest = max(lengths, key=sum)
-    Workload({"points": len(read)}, *longest, made, forcing=dearest).refuse_excess()
+    copies = len(set(map(id, forces)))
+    work = Workload({"points": len(read)}, *longest, made, forcing=dearest, copies=copies)
+    work.refuse_excess()
     if state:
         for point in read:
             check_state(point.parameters, state.over(point.units), point.units)

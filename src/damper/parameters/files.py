@@ -1,0 +1,33 @@
+"""Bytes of files that users name."""
+
+import os
+import stat
+from pathlib import Path
+
+#: Most bytes of a file of samples: some 50 million of them.
+MOST_BYTES = 10**9
+
+
+def contents(path: str | os.PathLike[str], most: int = MOST_BYTES) -> bytes:
+    """Return the bytes of a regular file.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be read, has too many bytes, or is a pipe, a device or a folder.
+    """
+    found = os.stat(path)
+    if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
+        raise OSError(22, "it is a pipe or a device, not a regular file", str(path))
+    if found.st_size > most:
+        size = f"it has {found.st_size / 1e6:.0f} MB, more than {most / 1e6:g} MB"
+        raise OSError(27, size, str(path))
+    with Path(path).open("rb") as file:
+        # Files of the system, such as /proc/kmsg, have size 0 and may have no end.
+        return file.read(found.st_size)
+
+
+def state_of(path: str | os.PathLike[str]) -> tuple[int, ...]:
+    """Return numbers that change when the file does: its place on the disk, size and times."""
+    found = os.stat(path)
+    return found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
