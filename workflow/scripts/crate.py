@@ -12,14 +12,14 @@ from damper.report.page import versions
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
-metadata, *beside = map(Path, snakemake.output)
-results = metadata.parent
-for path, record in snakemake.params.records.items():
+metadata, *studies = map(Path, snakemake.output)
+results, records = metadata.parent, snakemake.params.records
+for path, record in records.items():
     copyfile(record, path)
-for path in (path for path in beside if path.name == "study.yaml"):
+for path in studies:
     with Dataset(path.with_name("cube.nc")) as cube:
         path.write_text(cube.study, encoding="utf-8", newline="\n")
-files = sorted({*snakemake.input, *map(str, beside)} - {*snakemake.input.records})
+files = sorted({*snakemake.input, *map(str, studies), *records})
 made = crate(
     results,
     snakemake.params.studies,

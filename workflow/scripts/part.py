@@ -12,7 +12,7 @@ sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
 job = snakemake.params.job
 needed = read_parts(snakemake.input.needs, job["needs"])
-files = read_files(snakemake.input.files, job["files"])
+files = read_files(snakemake.params.files, job["files"])
 part = import_module(job["module"]).run_part(needed, **job["settings"], **files)
 write_part(part, Path(snakemake.output[0]))
 stamp(snakemake.output, job)

@@ -91,12 +91,12 @@ def _digest(path: str, state: tuple[int, ...]) -> str:
     return sha256(contents(path)).hexdigest()[:16]
 
 
-def read_files(paths: Sequence[str], digests: Mapping[str, str]) -> dict[str, str]:
+def read_files(paths: Mapping[str, str], digests: Mapping[str, str]) -> Mapping[str, str]:
     """Return the files of a job by its arguments; SystemExit where one has changed meanwhile."""
-    for path, digest in zip(paths, digests.values(), strict=True):
-        if file_digest(path) != digest:
+    for argument, path in paths.items():
+        if not Path(path).exists() or file_digest(path) != digests[argument]:
             raise SystemExit(f"{path} has changed since this run began: start the run again")
-    return dict(zip(digests, paths, strict=True))
+    return paths
 
 
 def write(made: Any, path: str, code: str) -> None:
