@@ -286,6 +286,16 @@ def test_check_says_that_runs_end_before_their_record(
     assert said in capsys.readouterr().out
 
 
+def test_check_says_how_the_file_of_a_record_is_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "comma.csv").write_text("0;0\n1;1,5\n2;0\n")
+    load(tmp_path, "{kind: record, file: comma.csv}")
+    assert check.main([str(tmp_path / "forces.yaml")]) == 0
+    said = "forces: the file of its record is read as separated by semicolons, decimal commas ("
+    assert said in capsys.readouterr().out
+
+
 def test_examples_of_the_documentation(tmp_path: Path) -> None:
     section = (ROOT / "docs/studies.md").read_text().split("\n## Forces\n")[1].split("\n## ")[0]
     (tmp_path / "quake.csv").write_text(CSV)
@@ -394,6 +404,7 @@ def test_mistakes(tmp_path: Path, said: str, messages: list[str]) -> None:
         ("t,a\n0,0\n1,a\n", "gaps.csv, line 3: 'a' is no number"),
         ("0,1\n1,1\n1,2\n", "gaps.csv, line 3: time = 1.0 is given twice"),
         ("", "gaps.csv: time has 0 samples"),
+        ("\x1f\udc8b", "gaps.csv: is packed by gzip\n    allowed: unpacked"),
         ("\udcff,1\n", "gaps.csv: not a CSV file in UTF-8"),
     ],
     ids=ascii,
