@@ -3,8 +3,8 @@
 import contextlib
 import copy
 import math
-import random
 import os
+import random
 import re
 from pathlib import Path, PurePosixPath
 from typing import Any
