@@ -1,11 +1,15 @@
 """How far a sweep is, in a log and on a terminal, by a clock of our own."""
 
 import io
+import re
 import sys
+import time
 from collections.abc import Iterator
 
 import pytest
 
+import damper
+from damper.engine import terminal
 from damper.sweep import progress
 
 
@@ -66,6 +70,19 @@ def test_what_comes_before_the_first_point_does_not_count(monkeypatch: pytest.Mo
     ]
 
 
+def test_what_compiles_between_points_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "monotonic", iter([0.0, 1.0, 2.0, 99.0, 99.5, 100.0]).__next__)
+    log = io.StringIO()
+    show = progress.progress_lines(log)
+    for done in range(1, 6):
+        show(done, 10)
+    assert log.getvalue().splitlines()[2:] == [
+        "3 of 10 points",
+        "4 of 10 points, 2 a second, 3 s left",
+        "5 of 10 points, 2 a second, 2.5 s left",
+    ]
+
+
 def test_bar_goes_when_all_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
     clock(monkeypatch, 0.4)
     monkeypatch.setattr(sys, "stderr", terminal := Terminal())
@@ -95,3 +112,30 @@ def test_bar_is_for_terminals_and_for_what_takes_longer_than_a_second(
     monkeypatch.setattr(sys, "stderr", io.StringIO())
     with progress.progress_bar() as show:
         assert show is None
+
+
+def test_a_branch_says_how_much_of_its_range_is_followed(monkeypatch: pytest.MonkeyPatch) -> None:
+    orbit = damper.periodic_orbit(damper.Parameters(0.1, 0.1, 1.0, 5.0, 0.5))
+    clock(monkeypatch, 1.0)
+    monkeypatch.setattr(sys, "stderr", watched := Terminal())
+    monkeypatch.setenv("COLUMNS", "200")
+    damper.continue_orbit(orbit, "clearance", 4.9, 5.1, step=0.2)
+    *_, last, _, _ = watched.getvalue().split("\r")
+    assert re.search(r"following clearance: \d+ of 100 % of the range, .* left", last)
+
+
+def test_what_takes_long_is_said_and_the_line_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(terminal, "_PATIENCE", 0.01)
+    monkeypatch.setattr(terminal, "_AGAIN", 0.01)
+    monkeypatch.setattr(sys, "stderr", watched := Terminal())
+    with terminal.saying("outer"), terminal.saying("inner"):
+        while watched.getvalue().count("inner") < 2:
+            time.sleep(0.01)
+    text = watched.getvalue()
+    assert "outer" not in text.partition("inner")[0]
+    assert text.endswith("\r")
+    assert not text.split("\r")[-2].strip()
+    monkeypatch.setattr(sys, "stderr", quiet := io.StringIO())
+    with terminal.saying("silent"):
+        time.sleep(0.05)
+    assert quiet.getvalue() == ""

@@ -29,6 +29,8 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
+from damper.engine.terminal import saying
+
 P = ParamSpec("P")
 Made = TypeVar("Made")
 
@@ -369,7 +371,8 @@ def _compile(outer: Any, arguments: tuple) -> Callable:
         before = gc.get_threshold()
         gc.set_threshold(*_SELDOM)
         try:
-            return outer.compile(types)
+            with saying(f"compiling {outer.py_func.__module__}, once for this version of damper"):
+                return outer.compile(types)
         finally:
             gc.set_threshold(*before)
 

@@ -3,70 +3,94 @@
 Clock times go nowhere else: results are the same each time.
 """
 
-import shutil
-import sys
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import monotonic
 from typing import TextIO
 
+from damper.engine import terminal
 from damper.sweep.estimate import duration
 
 #: Called with the points done, and all, after each of them.
 Progress = Callable[[int, int], None]
 
 _CELLS = 24
+#: A point that takes so many times the mean, and so many seconds, waited for code that compiles.
+_PAUSE, _LEAST_PAUSE = 10.0, 2.0
 
 
 def progress_lines(stream: TextIO) -> Progress:
     """Return what writes a line for each tenth of the points, and for each minute."""
-    last, first = monotonic(), None
+    last, pace = monotonic(), _Pace("points")
 
     def show(done: int, total: int) -> None:
-        nonlocal last, first
+        nonlocal last
         now = monotonic()
-        first = first or (done, now)
+        pace.note(done, now)
         if done * 10 // total > (done - 1) * 10 // total or now - last >= 60.0:
             last = now
-            print(_text(done, total, now, *first), file=stream, flush=True)
+            print(pace.text(total), file=stream, flush=True)
 
     return show
 
 
 @contextmanager
-def progress_bar() -> Iterator[Progress | None]:
-    """Show a bar to a person at a terminal or a notebook, from the first second on; else None."""
-    stream = sys.stderr
-    if stream is None or not (stream.isatty() or "ipykernel" in sys.modules):
+def progress_bar(what: str = "", unit: str = "points") -> Iterator[Progress | None]:
+    """Show a bar to a person at a terminal or a notebook, from the first second on; else None.
+
+    Parameters
+    ----------
+    what : str, optional
+        What is being done.
+    unit : str, default "points"
+        What is counted.
+    """
+    if not terminal.is_watched():
         yield None
         return
-    next_time, width, first = monotonic() + 1.0, 0, None
+    next_time, pace = monotonic() + 1.0, _Pace(unit)
 
     def show(done: int, total: int) -> None:
-        nonlocal next_time, width, first
+        nonlocal next_time
         now = monotonic()
-        first = first or (done, now)
+        pace.note(done, now)
         if now < next_time:
             return
         next_time = now + 0.1
         full = _CELLS * done // total
-        text = f"[{'#' * full}{' ' * (_CELLS - full)}] {_text(done, total, now, *first)}"
-        text = text[: shutil.get_terminal_size().columns - 1]
-        print("\r" + text.ljust(width), end="", file=stream, flush=True)
-        width = max(width, len(text))
+        words = f"{what}: " if what else ""
+        terminal.show(f"[{'#' * full}{' ' * (_CELLS - full)}] {words}{pace.text(total)}")
 
     try:
         yield show
     finally:
-        if width:
-            print("\r" + " " * width + "\r", end="", file=stream, flush=True)
+        terminal.show("")
 
 
-def _text(done: int, total: int, now: float, first_done: int, first_time: float) -> str:
-    """Say how far a sweep is; the rate is that since the first point, for code compiles before."""
-    text = f"{done} of {total} points"
-    if done == first_done or now <= first_time:
-        return text
-    rate = (done - first_done) / (now - first_time)
-    left = f", {duration((total - done) / rate)} left" if done < total else ""
-    return f"{text}, {rate:.3g} a second{left}"
+class _Pace:
+    """How far a sweep is, and its rate: that since code compiled, before or between points."""
+
+    def __init__(self, unit: str) -> None:
+        self._unit = unit
+        self._first = self._last = (0, math.inf)
+
+    def note(self, done: int, now: float) -> None:
+        """Note the points that are done at a time."""
+        (first_done, first_time), (last_done, last_time) = self._first, self._last
+        passed = now - last_time
+        mean = (last_time - first_time) / max(last_done - first_done, 1)
+        waited = passed > max(_PAUSE * mean, _LEAST_PAUSE) and last_done > first_done
+        if last_time == math.inf or waited:
+            self._first = done, now
+        self._last = done, now
+
+    def text(self, total: int) -> str:
+        """Say it in words."""
+        (first_done, first_time), (done, now) = self._first, self._last
+        text = f"{done} of {total} {self._unit}"
+        if done == first_done or now <= first_time:
+            return text
+        rate = (done - first_done) / (now - first_time)
+        left = f", {duration((total - done) / rate)} left" if done < total else ""
+        return f"{text}, {rate:.3g} a second{left}"

@@ -1,5 +1,7 @@
 """`damper.continue_orbit`: periodic motions along a parameter, stable or not."""
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -14,6 +16,7 @@ from damper.parameters.units import LENGTH, SI_UNITS, SPEED, attributes_of
 from damper.sweep.orbits.equation import OrbitEquation, OrbitPoint
 from damper.sweep.orbits.periodic import PeriodicOrbit, check, need_force, need_in_step
 from damper.sweep.orbits.walk import Walk
+from damper.sweep.progress import progress_bar
 
 
 def continue_orbit(
@@ -72,10 +75,10 @@ def continue_orbit(
         raise TypeError(f"orbit = {orbit!r}: must be a damper.PeriodicOrbit")
     most, step = whole("max_orbits", max_orbits, 1), need_step(step)
     first = _through(orbit, parameter, start, stop)
-    down = Walk(first.turned(-1.0), step, most, until_change=until_change)
-    up = (
-        Walk(first.turned(1.0), step, most, down.special, until_change) if not down.closed else down
-    )
+    with watched(f"following {parameter}", float(first.at[-1])) as watch:
+        down = up = Walk(first.turned(-1.0), step, most, (), until_change, watch)
+        if not down.closed:
+            up = Walk(first.turned(1.0), step, most, down.special, until_change, watch)
     points = [*down.points[:0:-1], *up.points] if up is not down else down.points
     special = [*down.special[::-1], *up.special] if up is not down else down.special
     return Branch(
@@ -192,6 +195,21 @@ class Branch:
             "last_end": self.ends[1],
         }
         return xr.Dataset(variables, attrs=attributes)
+
+
+@contextmanager
+def watched(what: str, start: float) -> Iterator[Callable[[float], None]]:
+    """Show how much of a range from 0 to 1 is followed, by the places of the points."""
+    low = high = start
+    with progress_bar(what, "% of the range") as show:
+
+        def watch(at: float) -> None:
+            nonlocal low, high
+            low, high = max(min(low, at), 0.0), min(max(high, at), 1.0)
+            if show:
+                show(int(100.0 * (high - low)), 100)
+
+        yield watch
 
 
 def _through(orbit: PeriodicOrbit, name: str, start: float, stop: float) -> OrbitPoint:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from damper.engine.loop import FINISHED
+from damper.engine.terminal import saying
 from damper.models import check_state, start_run
 from damper.models.sensitivity import Stencil, model_along, neighbours
 from damper.models.tangent import OF_PARTED, parted_in
@@ -101,7 +102,10 @@ def periodic_orbit(
     parameters, state = one_run(parameters, state, values)
     check(parameters, period)
     units, scaled = parameters.units, parameters.dimensionless
-    best = nearest_orbit(scaled, period, _settled(scaled, state, settle, units))
+    with saying(f"a motion of period {period}: a run of {settle} cycles settles"):
+        start = _settled(scaled, state, settle, units)
+    with saying(f"a motion of period {period}: Newton's method"):
+        best = nearest_orbit(scaled, period, start)
     if best.change > TOLERANCE * max(1.0, float(np.abs(best.start).max())):
         raise ValueError(
             f"no motion of period {period} found: the search stopped at {best.state.times(units)}, "

@@ -5,7 +5,7 @@ that line it is a special point of a branch along one parameter, so the search f
 locates it, whatever its kind.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.named import value_of
 from damper.parameters.quantity import whole
-from damper.sweep.orbits.branch import SpecialPoint, need_point, need_range, need_step
+from damper.sweep.orbits.branch import SpecialPoint, need_point, need_range, need_step, watched
 from damper.sweep.orbits.equation import MARGIN, OrbitEquation, OrbitPoint
 from damper.sweep.orbits.periodic import PeriodicOrbit
 from damper.sweep.orbits.special import grazing, last_complete, root
@@ -88,8 +88,10 @@ def continue_point(
     ends = [need_range(point.orbit, name, *ranges[name]) for name in names]
     plane = _Plane(tuple(names), np.array([e[0] for e in ends]), np.array([e[1] for e in ends]))
     first = plane.on(point.found)
-    down = _CurveWalk(plane, point.kind, first, -1.0, step, most)
-    up = _CurveWalk(plane, point.kind, first, 1.0, step, most) if not down.closed else down
+    with watched(f"following a {point.kind}", float(plane.place(first.parameters)[1])) as watch:
+        down = up = _CurveWalk(plane, point.kind, first, -1.0, step, most, watch)
+        if not down.closed:
+            up = _CurveWalk(plane, point.kind, first, 1.0, step, most, watch)
     points = [*down.points[:0:-1], *up.points] if up is not down else down.points
     orbits = tuple(each.orbit() for each in points)
     return PointCurve(point.kind, plane.names, orbits, (down.end, up.end))
@@ -141,13 +143,21 @@ class _CurveWalk:
     """The curve from one point in one direction of the second parameter."""
 
     def __init__(
-        self, plane: _Plane, kind: str, first: OrbitPoint, way: float, step: float, most: int
+        self,
+        plane: _Plane,
+        kind: str,
+        first: OrbitPoint,
+        way: float,
+        step: float,
+        most: int,
+        watch: Callable[[float], None],
     ) -> None:
         self.plane, self.kind, self.points = plane, kind, [first]
         self.closed, self.end = False, ""
         size, along = 0.2 * step, np.array([0.0, way])
         while not self.end:
             here = self._place(-1)
+            watch(float(here[1]))
             if len(self.points) > 1:
                 along = _unit(here - self._place(-2))
             if self._ends(here, along, most, size):

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from damper.engine.loop import FINISHED
+from damper.engine.terminal import saying
 from damper.engine.trajectory import Trajectory
 from damper.models import model_of
 from damper.observers.motion import ObservedMotion, in_words
@@ -34,6 +35,7 @@ _WANDER = 1000
 _LONGEST = 8
 
 
+@saying("looking for the smallest shock")
 def smallest_shock(
     orbit: PeriodicOrbit,
     *,

@@ -1,6 +1,6 @@
 """Pseudo-arclength: the branch from one orbit in one direction, step by step."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -38,6 +38,7 @@ class Walk:
         most: int,
         known: Sequence[tuple[str, OrbitPoint]] = (),
         until_change: bool = False,
+        watch: Callable[[float], None] | None = None,
     ) -> None:
         self.points, self.known, self._until_change = [first], known, until_change
         self.special: list[tuple[str, OrbitPoint]] = []
@@ -47,6 +48,8 @@ class Walk:
         tried: OrbitPoint | None = None
         while not (self.end or self._ends(most)):
             point = self.points[-1]
+            if watch:
+                watch(float(point.at[-1]))
             if point.margin < MARGIN:
                 point = self.points[-1] = point.recentred()
             if self._take(point, size):
