@@ -9,6 +9,7 @@ from new_process import modules_after
 
 import damper
 from damper.shell import main
+from damper.sizing.page import sketch
 from damper.study.yaml_file import ConfigError, dump_yaml
 
 FRAME = {
@@ -187,6 +188,15 @@ def test_a_page_replaces_an_older_one_whole(tmp_path: Path) -> None:
     first = (tmp_path / "design.md").read_text().splitlines()[0]
     assert first == r"# A \<b>press\</b>, a < b: its impact damper"
     assert "<b>" not in (tmp_path / "design.html").read_text()
+
+
+def test_the_sketch_shows_what_drives_it_in_units_of_suitable_size() -> None:
+    given = {"mass": 2e7, "natural_frequency": 0.16, "damping_ratio": 0.02, "unbalance": 0.012}
+    given |= {"band": [0.15, 0.17], "largest_mass": 2e5, "largest_gap": 1.0, "restitution": 0.3}
+    figure = sketch(damper.design(given, quick=True))
+    texts = {text.get_text() for text in figure.axes[0].texts}
+    assert {"20000 t", "20.21 MN/m", "804 kN s/m", "free mass 200 t", "12 kg mm"} <= texts
+    assert not texts & {"$F$", "$F(t)$"}
 
 
 def called(*arguments: str, code: int = 0) -> str:

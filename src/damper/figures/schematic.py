@@ -162,6 +162,26 @@ def box(
     ax.set_ylim(-0.5, 4.5)
 
 
+def rotor(ax: Axes, unbalance: str) -> None:
+    """Draw a rotor with an unbalance on the box."""
+    from matplotlib.patches import Circle
+
+    ax.add_patch(Circle((8.75, 2.2), 0.55, **_BODY))
+    ax.add_patch(Circle((8.75, 2.2), 0.06, fc="white", ec=BLACK, lw=0.7))
+    ax.add_patch(Circle((9.0, 2.45), 0.13, fc=BLACK, ec=BLACK, lw=0.0))
+    turn = {"arrowstyle": "-|>", "connectionstyle": "arc3,rad=0.45", "shrinkA": 0.0, "shrinkB": 0.0}
+    arrow = turn | {"color": BLACK, "lw": 0.5, "mutation_scale": 6.0}
+    ax.annotate("", (8.3, 2.8), (9.2, 2.8), arrowprops=arrow)
+    _write(ax, 8.75, 3.65, unbalance, "bottom")
+
+
+def moving_base(ax: Axes, text: str) -> None:
+    """Draw how the ground moves."""
+    arrow = {"arrowstyle": "<|-|>", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 9.0}
+    ax.annotate("", (0.75, 3.9), (-0.45, 3.9), arrowprops=arrow | {"color": BLACK, "lw": 1.2})
+    _write(ax, 0.15, 4.05, text, "bottom")
+
+
 def _write(
     ax: Axes, x: float, y: float, text: str, vertical: str = "center", size: float = _LETTERS
 ) -> None:

@@ -310,12 +310,15 @@ def cube_of(study: Mapping[str, Any]) -> xr.Dataset:
     from damper.study.parts import SimulatedStudy
     from damper.study.rules import check_study
     from damper.sweep.cube import gather
+    from damper.sweep.progress import progress_bar
     from damper.sweep.slices import simulate_slice
 
     made = SimulatedStudy.model_validate(dict(study))
     check_study(made)
     (job,) = made.parts({}).values()
-    part = simulate_slice(**job.settings | {"forcing": made.force, "workers": None})
+    with progress_bar(made.title.rpartition(": ")[2], "runs") as show:
+        settings = job.settings | {"forcing": made.force, "workers": None, "progress": show}
+        part = simulate_slice(**settings)
     (job,) = made.gathered({}).values()
     return gather([part], **job.settings)
 

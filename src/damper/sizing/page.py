@@ -39,6 +39,8 @@ _BUILT: dict[str, Any] = {"color": BLACK, "lw": 1.2, "label": "with damper as bu
 _WORST: dict[str, Any] = {"color": VERMILION, "lw": 1.0, "ls": "--", "label": "all tolerances, too"}
 #: Highest ratio to the motion without damper, and displacement over the worst case, that is shown.
 _HIGHEST = 3.0
+#: Digits of what is given.
+_GIVEN = 6
 #: Size of letters in the box of the sketch, in points.
 _SMALL = 7.0
 
@@ -197,28 +199,34 @@ def _drives(m: Machine) -> str:
     band = f" at {low:g} to {high:g} Hz"
     if kind == "base":
         return f"on a base that moves by {text_of(amplitude, 'm')}{band}"
-    what = "an unbalance" if kind == "unbalance" else "a force"
-    return f"under {what} of {amplitude:g} {'kg m' if kind == 'unbalance' else 'N'}{band}"
+    unbalance = kind == "unbalance"
+    words = text_of(amplitude, "kg m" if unbalance else "N", _GIVEN)
+    return f"under {'an unbalance' if unbalance else 'a force'} of {words}{band}"
 
 
 def sketch(design: Design) -> Figure:
     """Draw the machine and its damper with their dimensions."""
     m, given = design.machine, design.machine.primary
     kind, amplitude = m.force
-    forced = kind == "unbalance" or m.force_record is not None
-    drives = f"{amplitude:g} N" if kind == "harmonic" else "$F$" if forced else ""
+    force = text_of(amplitude, "N", _GIVEN) if kind == "harmonic" else ""
     with style():
         figure, ax = schematic.sheet()
         schematic.box(
             ax,
-            text_of(m.mass, "kg"),
+            text_of(m.mass, "kg", _GIVEN),
             "",
-            f"{1e-3 * given['stiffness']:.4g} kN/m",
-            f"{given['damping']:.4g} N s/m",
-            drives,
-            "$x$",
+            text_of(given["stiffness"], "N/m", DIGITS),
+            text_of(given["damping"], "N s/m"),
+            force if m.force_record is None else "$F(t)$",
+            f"$x_0$ = {text_of(m.initial_displacement, 'm')}" if m.is_free else "$x$",
             "$y$",
         )
+        if kind == "unbalance":
+            schematic.rotor(ax, text_of(amplitude, "kg m", _GIVEN))
+        elif kind == "base":
+            schematic.moving_base(ax, f"± {text_of(amplitude, 'm')}")
+        elif m.acceleration_record is not None:
+            schematic.moving_base(ax, "$a(t)$")
         free = f"free mass {text_of(design.free_mass, 'kg', DIGITS)}"
         ax.text(3.75, 2.8, free, va="center", fontsize=_SMALL)
         for first, last in ((3.6, 5.2), (6.2, 7.8)):
