@@ -17,7 +17,14 @@ from damper.parameters.masses import MOST_MASSES, own_values, split
 from damper.parameters.models import models_of
 from damper.parameters.named import damper_of
 from damper.parameters.names import OF_ANY_MASS
-from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_ONLY, is_si, quantities_in
+from damper.parameters.quantities import (
+    ALL,
+    INITIAL_NAMES,
+    QUANTITIES,
+    SI_ONLY,
+    is_si,
+    quantities_in,
+)
 from damper.parameters.run import EngineSettings, RunLength, declared_in
 from damper.parameters.units import SI_UNITS
 from damper.study.axes import coordinate_name
@@ -206,17 +213,20 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         """Parameters at the ends of all axes and draws; ValueError when a value there is refused.
 
         Each dimensionless parameter is monotone in the quantities that form it, so the ends of the
-        axes show whether the values between are allowed, and which models they need.
+        axes show whether the values between are allowed, and which models they need. Dimensionless
+        parameters that every damper has ask for no model: their ends stand beside each other.
         """
         every: dict[str, Any] = {"forcing": self.force}
         if self.masses:
             every["masses"] = [{}] * len(self.masses)
         # Quantities of different masses never form a parameter together: each mass goes through its
         # ends beside the others. Mass 0 may set the units of all.
-        ends: dict[int, dict[str, set[float]]] = {0: {}}
+        alone = set() if is_si(self.ends) else {q.name for q in QUANTITIES if q.default is None}
+        ends: dict[Any, dict[str, set[float]]] = {0: {}}
         for name, values in self.ends.items():
             if name not in INITIAL_NAMES:
-                ends.setdefault((split(name) or ("", 0))[1], {})[name] = {min(values), max(values)}
+                group = name if name in alone else (split(name) or ("", 0))[1]
+                ends.setdefault(group, {})[name] = {min(values), max(values)}
         common, *own = (
             [dict(zip(of, point, strict=True)) for point in combinations(*of.values())]
             for of in ends.values()
