@@ -58,7 +58,6 @@ VALUES: dict[str, tuple[dict[str, float], float]] = {
     "yield_speed": ({}, 0.01),
     "support_stiffness_ratio": ({}, 0.05),
     "support_damping_ratio": ({}, 0.02),
-    "support_damping_factor": ({}, 0.4),
     "contact_stiffness_ratio": ({}, 1e4),
     "contact_tension": (CONTACT, 1.0),
     "modulation_depth": ({}, 0.3),

@@ -308,7 +308,7 @@ def test_abscissa_may_be_the_natural_frequency() -> None:
 
 
 @pytest.mark.parametrize(
-    "along", ["modulation_depth", "support_damping_factor", "initial_position"]
+    "along", ["modulation_depth", "support_stiffness_ratio", "initial_position"]
 )
 def test_labels_of_long_names_are_not_cut_off(along: str) -> None:
     """A layout leaves room for the height of a label under an axis, but none for its length."""

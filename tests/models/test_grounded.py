@@ -270,7 +270,7 @@ def test_tail_error_estimate_bounds_the_true_error() -> None:
 def test_stuck_between_both_walls() -> None:
     """No clearance: one mass on both springs and dashpots, and no event."""
     scene = Parameters(
-        0.5, 0.1, 0.7, 0.0, 0.5, support_stiffness_ratio=2.0, support_damping_factor=3
+        0.5, 0.1, 0.7, 0.0, 0.5, support_stiffness_ratio=2.0, support_damping_ratio=3 * 0.1
     )
     run = start_run(scene, State(0.3, 0.1, 0.3, 0.4))
     run.skip(11.0)

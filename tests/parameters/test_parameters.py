@@ -36,7 +36,6 @@ RANGES: dict[str, tuple[list[float], str, list[float]]] = {
     ),
     "support_stiffness_ratio": ([-TINY, math.inf], "support_stiffness_ratio >= 0", [0]),
     "support_damping_ratio": ([-TINY, math.inf], "support_damping_ratio >= 0", [0]),
-    "support_damping_factor": ([-TINY, math.inf], "support_damping_factor >= 0", [0]),
     "contact_stiffness_ratio": (
         [0.0, 9e-4, 1.1e8, -math.inf],
         "0.001 <= contact_stiffness_ratio <= 1e+08 (leave it out for a rigid wall)",
@@ -123,7 +122,6 @@ def test_fields_are_the_declarations(kind: type) -> None:
             "rigid",
         ),
         ({"support_stiffness_ratio": 0.1, "yield_speed": 1.0}, "grounded"),
-        ({"support_damping_factor": 2.0}, "grounded"),
         ({"contact_stiffness_ratio": 1e4, "contact_tension": 1}, "compliant"),
         ({"modulation_depth": 0.1, "yield_speed": 1.0}, "time_varying"),
     ],
@@ -131,15 +129,6 @@ def test_fields_are_the_declarations(kind: type) -> None:
 )
 def test_values_choose_the_model(options: dict[str, float], model: str) -> None:
     assert Parameters(**GOOD, **options).model == model
-
-
-def test_damping_of_the_support_is_given_in_two_ways() -> None:
-    p = Parameters(**GOOD, support_damping_factor=3.0)
-    assert p.support_damping == 3.0 * 0.05
-    assert p.support_damping == Parameters(**GOOD, support_damping_ratio=3.0 * 0.05).support_damping
-    # A multiple of nothing is nothing.
-    undamped = Parameters(**{**GOOD, "damping_ratio": 0.0}, support_damping_factor=3.0)
-    assert undamped.model == "rigid"
 
 
 def test_what_is_printed_can_be_read() -> None:
@@ -158,10 +147,6 @@ def test_what_is_printed_can_be_read() -> None:
         (
             {"support_damping_ratio": 0.1, "contact_stiffness_ratio": 9.0},
             "support_damping_ratio (grounded) and contact_stiffness_ratio (compliant) ask for",
-        ),
-        (
-            {"support_damping_ratio": 0.1, "support_damping_factor": 1.0},
-            "support_damping_factor and support_damping_ratio both give",
         ),
         ({"contact_tension": 1}, "contact_tension = 1: a rigid wall has no tension"),
         ({"clearance_spread": 0.2}, "clearance_spread without unit_count: it has no effect"),

@@ -374,8 +374,6 @@ def test_models_that_the_template_leaves_out(tmp_path, whole, model):
     data = data_of(TEMPLATE) | ALONE
     names = MODEL_NAMES.get(model, (model,))
     given = {n: whole["parameters"][n] for n in names if n not in SI_ONLY}
-    # Two ways to say one thing.
-    given.pop("support_damping_factor", None)
     data["parameters"] |= given
     # Of the rigid damper, as the template says.
     assert not loads(tmp_path, data)

@@ -40,7 +40,7 @@ SCENES: dict[str, tuple[dict[str, float], tuple, float, str]] = {
     "yielding": (QUIET | {"yield_speed": 0.3}, REST, 43, "impact stick"),
     "support": (SOFT | SUPPORT, REST, 19, "impact stick release"),
     "heavily damped support": (
-        scene(0.05, 0.02, 0.4, 0.4, 0.1, support_damping_factor=50),
+        scene(0.05, 0.02, 0.4, 0.4, 0.1, support_damping_ratio=1.0),
         INSIDE,
         9,
         "impact stick release",

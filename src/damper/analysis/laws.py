@@ -129,7 +129,7 @@ def runs_of(cube: xr.Dataset) -> pd.DataFrame:
     dampers: list[Any] = [damper_of(values | masses) for values in runs[names].to_dict("records")]
     return runs.assign(
         model=[damper.model for damper in dampers],
-        support_damping=[damper.support_damping for damper in dampers],
+        support_damping=[damper.support_damping_ratio for damper in dampers],
     )
 
 

@@ -190,14 +190,6 @@ class Parameters(Declared):
             0.5 * support_damping / math.sqrt(stiffness * primary_mass)
         ),
     )
-    support_damping_factor: float = quantity(
-        "$C_2/C_1$",
-        "damping of the free mass's support over that of the primary",
-        definition="in place of a value of its own",
-        minimum=0.0,
-        default=0.0,
-        model="grounded",
-    )
     contact_stiffness_ratio: float = quantity(
         r"$k_\mathrm{c}$",
         "stiffness of the contact over that of the primary",
@@ -342,10 +334,7 @@ class Parameters(Declared):
         if self.masses is not None:
             return "several"
         names = _asked(self.__dict__)
-        asked = "several" if "several" in names else next(iter(names), "rigid")
-        # A multiple of no damping is no support.
-        nothing = self.support_stiffness_ratio == 0.0 and self.support_damping == 0.0
-        return "rigid" if asked == "grounded" and nothing else asked
+        return "several" if "several" in names else next(iter(names), "rigid")
 
     @cached_property
     def rubs(self) -> bool:
@@ -378,11 +367,6 @@ class Parameters(Declared):
         """Coefficients of restitution of the left and of the right wall."""
         left = self.restitution_left
         return self.restitution if left == math.inf else left, self.restitution
-
-    @property
-    def support_damping(self) -> float:
-        """Damping ratio of the free mass's support, however it is given."""
-        return _support_damping(self.__dict__)
 
     @property
     def cycle(self) -> float:
@@ -497,7 +481,6 @@ class SIParameters(Declared, shares=Parameters):
     support_damping: float = quantity(
         "$C_2$", "damping coefficient of the free mass's support", "N s/m", minimum=0.0, default=0.0
     )
-    support_damping_factor: float = shared(default=0.0)
     contact_stiffness: float = quantity(
         r"$K_\mathrm{c}$",
         "stiffness of the contact",
@@ -779,13 +762,8 @@ def _check_compliant(values: Mapping[str, Any], named: Callable[[str], str]) -> 
 
 def _check_support(values: Mapping[str, Any], named: Callable[[str], str]) -> None:
     stiffness, damping = "support_stiffness_ratio", "support_damping_ratio"
-    if values["support_damping_factor"] and values[damping]:
-        raise ValueError(
-            f"support_damping_factor and {named(damping)} both give the damping of the support: "
-            "one of the two must go"
-        )
     mass = values["mass_ratio"]
-    rate = 2.0 * _support_damping(values) / mass + math.sqrt(values[stiffness] / mass)
+    rate = 2.0 * values[damping] / mass + math.sqrt(values[stiffness] / mass)
     if not rate <= LARGEST_SUPPORT_RATE:
         raise ValueError(
             f"{named(stiffness)}, {named(damping)}: the support moves the free mass at the rate "
@@ -808,12 +786,6 @@ def _asked(values: Mapping[str, Any]) -> dict[str, list[str]]:
 def _laws(values: Mapping[str, Any]) -> list[Quantity]:
     """Quantities that ask for another contact law than constant restitution."""
     return [q for q in _OF_LAWS if values[q.name] != q.default]
-
-
-def _support_damping(values: Mapping[str, Any]) -> float:
-    return (
-        values["support_damping_ratio"] + values["damping_ratio"] * values["support_damping_factor"]
-    )
 
 
 def _referred(values: Mapping[str, Any]) -> dict[str, float]:

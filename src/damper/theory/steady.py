@@ -16,7 +16,6 @@ FREE_MASS = (
     "yield_speed",
     "support_stiffness_ratio",
     "support_damping_ratio",
-    "support_damping_factor",
     "contact_stiffness_ratio",
     "contact_tension",
     "modulation_depth",

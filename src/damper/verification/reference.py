@@ -226,7 +226,6 @@ def system_of(
     yield_speed: Any = math.inf,
     support_stiffness_ratio: Any = 0,
     support_damping_ratio: Any = 0,
-    support_damping_factor: Any = 0,
     contact_stiffness_ratio: Any = math.inf,
     contact_tension: Any = 0,
     modulation_depth: Any = 0,
@@ -258,7 +257,7 @@ def system_of(
         lambda side, w: walls[side] * (mp.root(yields / w, 4) if w > yields else 1),
         *(k, c, tension),
         mpf(support_stiffness_ratio),
-        mpf(support_damping_ratio) + mpf(support_damping_factor) * zeta,
+        mpf(support_damping_ratio),
         mpf(friction),
         mpf(gravity),
     )

@@ -61,10 +61,10 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Grounded:
     p = parameters
     forcing, amplitude, share = drive_of(p)
     heavier = 1.0 + p.mass_ratio
-    beta = p.support_damping / p.mass_ratio
+    beta = p.support_damping_ratio / p.mass_ratio
     # Without a spring the support is its dashpot alone; an oscillator needs some stiffness.
     kappa = p.support_stiffness_ratio / p.mass_ratio or 1e-100
-    stuck_beta = (p.damping_ratio + p.support_damping) / heavier
+    stuck_beta = (p.damping_ratio + p.support_damping_ratio) / heavier
     stuck_kappa = (1.0 + p.support_stiffness_ratio) / heavier
     # The contact force obeys the equation of sticking; this is what drives it.
     together = (1.0 + p.mass_ratio * share) / heavier
@@ -86,7 +86,7 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> Grounded:
         oscillator(stuck_beta, stuck_kappa, amplitude * strength, driving),
         -kappa * p.clearance * heavier / (1.0 + p.support_stiffness_ratio),
         p.support_stiffness_ratio,
-        p.support_damping,
+        p.support_damping_ratio,
     )
 
 
