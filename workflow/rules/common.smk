@@ -6,7 +6,6 @@ import os
 import re
 import sys
 import time
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -15,9 +14,10 @@ from snakemake.exceptions import WorkflowError
 try:
     from damper.parameters.quantities import MODEL_NAMES
     from damper.report.stopped import stopped_lines
+    from damper.report.workflow import JobSettings, cost_by_stage, failed_lines, left_over, redate
     from damper.study.config import ConfigError, load_config
     from damper.study.digest import code_digest
-    from damper.study.fingerprint import Checked, fingerprint
+    from damper.study.fingerprint import Checked
     from damper.study.jobs import file_digest
     from damper.study.model import Study
     from damper.study.parts import simulation_modules
@@ -83,24 +83,12 @@ def digest(script, *modules):
 
 # Path of a file of results -> function that returns the settings of the job which makes it. Each
 # file of rules adds its own.
-MADE = {}
-
-
-@functools.cache
-def settings_of(path):
-    """Return the settings of the job that makes a file of results."""
-    return MADE[path]()
-
-
-@functools.cache
-def made_of(path):
-    """Return the fingerprint that a file of results is to have."""
-    return fingerprint(settings_of(path))
+MADE = JobSettings()
 
 
 def job(wildcards, output):
     """The settings of a job, as its script finds them."""
-    return settings_of(output[-1])
+    return MADE.settings_of(output[-1])
 
 
 # Snakemake makes a file of results again if it is older than an input. This file is newer than any.
@@ -110,31 +98,14 @@ RECORD = Path(".snakemake/checked")
 VERIFY = "DAMPER_VERIFY" in os.environ
 
 
-def redate():
-    """Date results of the future to the present.
-
-    They come from a clock that was wrong, or from another machine. What is made of them now would
-    be older than they are, and out of date for ever.
-    """
-    late = []
-    for path in (Path(folder, name) for folder, _, names in os.walk(RESULTS) for name in names):
-        with suppress(OSError):  # gone meanwhile, where another run is under way
-            if path.lstat().st_mtime > time.time():
-                os.utime(path, (STARTED, STARTED), follow_symlinks=False)
-                late.append(path)
-    if late:
-        text = f"{len(late)} files in {RESULTS} were dated in the future, such as {late[0]}"
-        print(f"{text}: now they have the present date", file=sys.stderr)
-
-
 # Not in a process that makes one job of a run, such as on a cluster.
 if workflow.is_main_process:
     RECORD.parent.mkdir(exist_ok=True)
     Path(RERUN_MARK).touch()
     if VERIFY:
         RECORD.unlink(missing_ok=True)
-    else:
-        redate()
+    elif text := redate(RESULTS, STARTED):
+        print(text, file=sys.stderr)
 CHECKED = Checked(RECORD)
 
 
@@ -151,14 +122,10 @@ def rerun_if_changed(*patterns, needs=None):
         for path in (Path(pattern.format(**dict(wildcards.items()))) for pattern in patterns):
             if not path.exists():
                 continue
-            found = CHECKED.fingerprint_in(path)
-            if found is None:
+            mistake = MADE.mistake_in(str(path), CHECKED)
+            if mistake == "damaged":
                 print(f"{path} is damaged, or of an earlier version: made anew", file=sys.stderr)
-            if (
-                found != made_of(str(path))
-                or needs
-                and not all(map(os.path.exists, needs(wildcards)))
-            ):
+            if mistake or needs and not all(map(os.path.exists, needs(wildcards))):
                 # With a content it never had: where that is the same, times do not count for
                 # Snakemake.
                 Path(RERUN_MARK).write_text(f"{time.time()}\n")
@@ -170,22 +137,15 @@ def rerun_if_changed(*patterns, needs=None):
 
 def verify():
     """Print which results are not as they should be, and return the status of `damper verify`."""
-    sound, wrong = 0, []
-    for path in filter(os.path.exists, MADE):
-        if Path(path).parent == Path(RESULTS) and not COMPLETE:
-            continue  # verdicts and page of another selection of studies
-        found, wanted = CHECKED.fingerprint_in(path), made_of(path)
-        sound += found == wanted
-        if found is None:
-            beside = " or the CSV beside it" if path.endswith(".md") else ""
-            wrong.append(f"{path}{beside}: damaged, or of an earlier version")
-        elif found != wanted:
-            wrong.append(f"{path}: out of date, made with other settings or code")
     begun = [study for study in CONFIG.studies.values() if Path(RESULTS, study.name).is_dir()]
-    missing = {path for study in begun for path in everything_of(study) if not Path(path).exists()}
-    wrong += [f"{path}: missing" for path in missing]
-    print(*sorted(wrong), f"{sound} files are sound, {len(wrong)} are not.", sep="\n")
-    return bool(wrong)
+    # Verdicts and page may be of another selection of studies.
+    lines, wrong = MADE.verify(
+        CHECKED,
+        [path for study in begun for path in everything_of(study)],
+        lambda path: Path(path).parent == Path(RESULTS) and not COMPLETE,
+    )
+    print(*lines, sep="\n")
+    return wrong
 
 
 def shown(study, product):
@@ -201,20 +161,9 @@ def of_papers(priority):
 
 
 def report_failed(own_logs):
-    """List the logs of failed jobs, as Snakemake's own name them, and say what to do next."""
+    """List the logs of failed jobs, and say what to do next."""
     text = "".join(Path(path).read_text(encoding="utf-8") for path in own_logs)
-    logs = {True: {}, False: {}}
-    for path in map(Path, re.findall(r"log: (.+) \(check log file", text)):
-        logs[path.is_file() and path.stat().st_size > 0][f"  {path}"] = None
-    for known, words in (
-        (True, "Some jobs failed; the reason of each is in its log:"),
-        (False, "Jobs that were killed or did not begin; above it says how they ended:"),
-    ):
-        if logs[known]:
-            print(words, *logs[known], sep="\n", file=sys.stderr)
-    if not any(logs.values()):
-        print("The run was stopped before its end.", file=sys.stderr)
-    print("The same command makes what is missing, and again what was cut short.", file=sys.stderr)
+    print(*failed_lines(text), sep="\n", file=sys.stderr)
 
 
 def report_cache():
@@ -230,7 +179,7 @@ def report_cache():
 
 def report_cost():
     """Print what the run cost, and keep it beside the page: it is in no other output."""
-    text = cost_by_stage()
+    text = cost_by_stage(Path(TIMES), STARTED)
     if text:
         print(text, file=sys.stderr)
         if Path(RESULTS).is_dir():
@@ -241,19 +190,3 @@ def report_stopped():
     """Say which studies have runs that stopped early."""
     for line in stopped_lines(Path(RESULTS), CONFIG.studies):
         print(line, file=sys.stderr)
-
-
-def cost_by_stage():
-    """Wall seconds of this run's jobs, summed by stage, from Snakemake's benchmark files."""
-    folder, seconds = Path(TIMES), {}
-    for path in sorted(folder.rglob("*.tsv")):
-        if path.stat().st_mtime > STARTED:
-            # <study>/<stage>..., or <stage>/... of no study.
-            first, second = (*path.relative_to(folder).with_suffix("").parts, "")[:2]
-            stage = first if first in ("compile", "claims", "report") else second or first
-            numbers = path.read_text(encoding="utf-8").splitlines()[1]
-            seconds.setdefault(stage, []).append(float(numbers.split("\t")[0]))
-    lines = [
-        f"  {stage:<10} {len(each):4d} jobs {sum(each):8.1f} s" for stage, each in seconds.items()
-    ]
-    return "\n".join(["Cost by stage (wall time, summed over jobs):", *lines]) if lines else ""

@@ -12,7 +12,7 @@ def figure_settings(figure):
         "settings": settings,
         "module": drawn_by,
         "code": digest("figure.py", *modules(drawn_by, settings)),
-        "shown": [made_of(path) for path in shown(study, product).values()],
+        "shown": [MADE.fingerprint_of(path) for path in shown(study, product).values()],
     }
 
 

@@ -23,7 +23,7 @@ def interactive_settings(figure):
         "code": digest(
             "interactive.py",
         ),
-        "shown": made_of(f"{RESULTS}/{study.name}/cube.nc"),
+        "shown": MADE.fingerprint_of(f"{RESULTS}/{study.name}/cube.nc"),
     }
 
 

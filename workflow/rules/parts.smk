@@ -28,7 +28,7 @@ def settings_of_job(study, script, job):
         "module": job.module,
         "settings": job.settings,
         "code": digest(script, job.module, *job.loads),
-        "needs": [made_of(part_path(study, part)) for part in job.needs],
+        "needs": [MADE.fingerprint_of(part_path(study, part)) for part in job.needs],
         "files": {argument: file_digest(path) for argument, path in job.files.items()},
     }
 

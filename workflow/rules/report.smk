@@ -59,10 +59,12 @@ def report_settings():
         "kinds": _page_kinds(),
         "code": digest("report.py", "damper.report.page"),
         "texts": {path.name: code_digest(path) for path in _page_texts()},
-        "interactive": [made_of(f"{RESULTS}/{name}.js") for name in DEFAULT_INTERACTIVE],
-        "claims": made_of(f"{RESULTS}/claims.md") if COMPLETE else "",
+        "interactive": [
+            MADE.fingerprint_of(f"{RESULTS}/{name}.js") for name in DEFAULT_INTERACTIVE
+        ],
+        "claims": MADE.fingerprint_of(f"{RESULTS}/claims.md") if COMPLETE else "",
         "shown": [
-            made_of(f"{RESULTS}/{name}.{end}")
+            MADE.fingerprint_of(f"{RESULTS}/{name}.{end}")
             for end, made in (("svg", FIGURES), ("md", TABLES))
             for name, (study, *_) in made.items()
             if study.name in DEFAULT and "timed" not in name.split("/")

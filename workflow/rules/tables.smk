@@ -16,7 +16,7 @@ def table_settings(table):
         "settings": settings,
         "module": made_by,
         "code": digest("table.py", made_by, *more),
-        "shown": [made_of(path) for path in shown(study, product).values()],
+        "shown": [MADE.fingerprint_of(path) for path in shown(study, product).values()],
     }
 
 
@@ -28,23 +28,17 @@ def _compiled(wildcards):
     return compiled_for(study) if _runs_more(study) else []
 
 
-def left_over():
-    """Figures and tables that no entry of their study makes any more, such as one renamed."""
+def no_longer_made():
+    """Return figures and tables that no entry of their study makes any more."""
     made = {f"{name}.{end}" for name in FIGURES for end in SUFFIXES["figures"]}
     made |= {f"{name}.{end}" for name in TABLES for end in SUFFIXES["tables"]}
     made |= {f"{name}.js" for name in INTERACTIVE}
-    return [
-        path
-        for study in CONFIG.studies
-        for folder in (*SUFFIXES, *(f"timed/{section}" for section in SUFFIXES), "interactive")
-        for path in sorted(Path(RESULTS, study, folder).glob("*"))
-        if path.relative_to(RESULTS).as_posix() not in made
-    ]
+    return list(left_over(Path(RESULTS), CONFIG.studies, made))
 
 
 def remove_left_over(log):
     """Remove these files, and write their names into a log."""
-    found = left_over()
+    found = no_longer_made()
     for path in found:
         path.unlink()
     Path(log).write_text("".join(f"{path}\n" for path in found))
@@ -52,7 +46,7 @@ def remove_left_over(log):
 
 def report_left_over():
     """Say which files these are, and how to remove them."""
-    if found := left_over():
+    if found := no_longer_made():
         names = "".join(f"\n  {path}" for path in found)
         print(
             f"No entry of a study makes these any more; `snakemake --cores 1 tidy` removes them:{names}",

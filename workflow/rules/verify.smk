@@ -24,7 +24,7 @@ def claims_settings():
         # Links to figures that are not made would lead nowhere.
         "figures": [name for name, (study, *_) in FIGURES.items() if study.name in DEFAULT],
         "code": digest("claims.py"),
-        "cubes": {name: made_of(path) for name, path in JUDGED.items()},
+        "cubes": {name: MADE.fingerprint_of(path) for name, path in JUDGED.items()},
     }
 
 
