@@ -93,30 +93,12 @@ def test_a_row_of_two_panels_for_each_value() -> None:
     assert_nothing_overlaps(figure)
 
 
-def test_heading_names_every_other_parameter() -> None:
-    cube = made_up({"mass_ratio": [0.25, 0.1]})
-    heading = drawn(cube, rows="frequency_ratio", at={"mass_ratio": 0.25}).get_suptitle()
-    assert heading.startswith("A made-up study\n")
-    for text in (r"$\mu$ = 0.25", r"$\zeta$ = 0.02", "$d$ = 0.05", r"$\varphi$ = 0"):
-        assert text in heading
-    assert r"$\omega$" not in heading
-    assert "$r$" not in heading
-    assert "section once per cycle" in heading
-
-
 # --- one panel alone, and a marked range
 
 
 def bracket(ax: Axes) -> tuple[float, float]:
     (line,) = (line for line in ax.lines if line.get_color() == VERMILION)
     return float(min(line.get_xdata())), float(max(line.get_xdata()))
-
-
-def test_one_variable_alone_fits_a_column() -> None:
-    figure = drawn(made_up(), rows="frequency_ratio", variables=["velocity"])
-    assert figure.get_figwidth() == pytest.approx(3.5)
-    assert [ax.get_ylabel().split()[0] for ax in figure.axes] == ["velocity", "velocity"]
-    assert_nothing_overlaps(figure)
 
 
 def test_mark_is_a_bracket_with_a_label() -> None:
@@ -152,17 +134,6 @@ def test_points_are_the_samples_over_their_abscissa() -> None:
             assert got == expected
 
 
-def test_axes_span_grid_and_samples() -> None:
-    cube = made_up()
-    for row, value in zip(panels(drawn(cube, rows="frequency_ratio")), (1.1, 1.5), strict=True):
-        for ax, name in zip(row, ("displacement", "velocity"), strict=True):
-            samples = cube[name].sel(frequency_ratio=value).values
-            assert ax.get_xlim() == (0.0, 1.0)
-            low, high = ax.get_ylim()
-            assert samples.min() - 0.2 * np.ptp(samples) < low < samples.min()
-            assert samples.max() < high < samples.max() + 0.2 * np.ptp(samples)
-
-
 # --- chatter
 
 
@@ -180,13 +151,6 @@ def test_shading_lies_where_chatter_is() -> None:
         assert bars(ax) == EXPECTED
 
 
-def test_shading_differs_by_row() -> None:
-    chatter = [2, 2, *[0] * 18, 1, 0]
-    rows = panels(drawn(made_up(chatter=chatter), rows="frequency_ratio"))
-    expected = [[{(0.0, 0.15, "complete")}] * 2, [{(0.85, 0.95, "incomplete")}] * 2]
-    assert [list(map(shades, row)) for row in rows] == expected
-
-
 def test_shading_on_an_uneven_and_on_a_descending_grid() -> None:
     uneven = made_up({"restitution": [0.0, 0.1, 0.5, 1.0]}, chatter=[0, 2, 0, 0])
     assert shades(drawn(uneven, rows="frequency_ratio").axes[0]) == {(0.05, 0.3, "complete")}
@@ -195,34 +159,7 @@ def test_shading_on_an_uneven_and_on_a_descending_grid() -> None:
     assert {(*sorted(ends), kind) for *ends, kind in found} == {(0.05, 0.3, "complete")}
 
 
-def test_without_chatter() -> None:
-    figure = drawn(made_up(chatter=None), rows="frequency_ratio")
-    assert figure.legends == []
-    for ax in figure.axes:
-        assert shades(ax) == bars(ax) == set()
-        assert len(points(ax).get_xdata()) == len(GRID) * SAMPLES
-
-
 # --- unusual cubes
-
-
-def test_missing_samples() -> None:
-    """Runs that stopped have NaN samples: neither drawn nor in the way."""
-    cube = made_up()
-    cube["displacement"].loc[{"restitution": 0.8}] = np.nan
-    cube["displacement"][..., 3, 2:] = np.nan
-    figure = drawn(cube, rows="frequency_ratio")
-    low, high = figure.axes[0].get_ylim()
-    assert np.isfinite([low, high]).all()
-    assert low < float(cube.displacement.isel(frequency_ratio=0).min())
-
-
-@pytest.mark.parametrize("value", [0.0, 3.0, -2.5e-9])
-def test_samples_that_are_all_equal(value: float) -> None:
-    cube = made_up()
-    cube["displacement"][:] = value
-    low, high = drawn(cube, rows="frequency_ratio").axes[0].get_ylim()
-    assert low < value < high
 
 
 def test_logarithmic_axis_is_drawn_as_one() -> None:
@@ -240,13 +177,6 @@ def test_logarithmic_axis_is_drawn_as_one() -> None:
             (pytest.approx(grid[4] / step), pytest.approx(grid[4] * step), "incomplete"),
             (pytest.approx(grid[8] / step), pytest.approx(grid[8]), "complete"),
         ]
-
-
-def test_single_value_along() -> None:
-    figure = drawn(made_up({"restitution": [0.5]}, chatter=[2]), rows="frequency_ratio")
-    assert set(points(figure.axes[0]).get_xdata()) == {0.5}
-    low, high = figure.axes[0].get_xlim()
-    assert low < 0.5 < high
 
 
 # --- relative motion, approach speeds, amplitudes
@@ -373,14 +303,6 @@ def test_chatter_of_each_direction_has_its_strip() -> None:
         assert shades(ax) == set(), "two directions would shade over each other"
         assert bars(ax) == EXPECTED | {(0.0, 0.05, "complete")}
         assert [text.get_text() for text in ax.texts] == ["up", "down"]
-
-
-def test_one_direction_alone() -> None:
-    cube = branched(UP_AND_DOWN, [CHATTER, CHATTER])
-    for one in (drawn(cube, at={"direction": "down"}), drawn(cube.sel(direction=["down"]))):
-        assert drawing.legend_texts(one)[-1] == "complete chatter"
-    assert "continued downwards" in drawn(cube, at={"direction": "down"}).get_suptitle()
-    assert shades(drawn(cube, at={"direction": "down"}).axes[0]) == EXPECTED
 
 
 def test_draws_are_drawn_over_each_other() -> None:

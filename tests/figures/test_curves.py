@@ -1,6 +1,5 @@
 """Curves of small cubes, where every line's points are known."""
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 import xarray as xr
 from figures.drawing import assert_nothing_overlaps, drawn, laid_out, legend_texts, made_up
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -69,25 +67,6 @@ def test_a_power_law_beneath() -> None:
         curves(cube_of(), lines="mass_ratio", slope=0.5)
 
 
-def test_lines_differ_in_grey_or_in_dashes() -> None:
-    masses = np.linspace(0.1, 0.5, 12)
-    cube = made_up({"mass_ratio": masses, "frequency_ratio": X}, peak_displacement=1.0)
-    drawn_lines = lines(curves(cube, lines="mass_ratio").axes[0])
-    grey = [float(np.dot((0.2126, 0.7152, 0.0722), to_rgb(k.get_color()))) for k in drawn_lines]
-    assert grey == sorted(grey)
-    assert grey[-1] < 0.75, "lost on white paper"
-    for a, b in pairwise(drawn_lines):
-        assert a.get_linestyle() != b.get_linestyle()
-
-
-def test_without_lines_there_is_one_and_no_legend() -> None:
-    figure = curves(cube_of(), at={"mass_ratio": 0.1})
-    (line,) = lines(figure.axes[0])
-    np.testing.assert_array_equal(line.get_ydata(), VALUES[1])
-    assert figure.legends == []
-    assert r"$\mu$ = 0.1," in figure.get_suptitle()
-
-
 def test_a_panel_for_each_variable() -> None:
     cube = made_up(
         {"mass_ratio": MASSES, "frequency_ratio": X},
@@ -109,14 +88,6 @@ def test_a_panel_for_each_variable() -> None:
     assert_nothing_overlaps(figure)
 
 
-def test_whole_numbers_have_whole_ticks() -> None:
-    level = 1
-    ax = curves(cube_of(level, "chatter"), "chatter", lines="mass_ratio").axes[0]
-    ticks = ax.get_yticks()
-    assert level in ticks
-    assert all(tick == round(tick) for tick in ticks)
-
-
 def test_lines_of_directions() -> None:
     branches = {"direction": ["up", "down"]}
     values = np.stack([np.arange(4.0), np.arange(4.0) + 1], axis=-1)
@@ -127,12 +98,6 @@ def test_lines_of_directions() -> None:
     np.testing.assert_array_equal(down.get_ydata(), up.get_ydata() + 1)
     one = curves(cube, at={"direction": "down"})
     np.testing.assert_array_equal(lines(one.axes[0])[0].get_ydata(), down.get_ydata())
-
-
-def test_geometric_abscissa_is_logarithmic() -> None:
-    cube = made_up({"clearance": [0.01, 0.1, 1.0]}, peak_displacement=[1.0, 2.0, 3.0])
-    assert curves(cube, along="clearance").axes[0].get_xscale() == "log"
-    assert curves(cube_of(), lines="mass_ratio").axes[0].get_xscale() == "linear"
 
 
 # --- the ratio 1, stopped runs, logarithms
@@ -202,18 +167,6 @@ def test_a_band_from_the_worst_to_the_best() -> None:
         assert {*values.min(axis=-1), *values.max(axis=-1)} == {*corners}
     assert [ax.get_title(loc="left") for ax in figure.axes] == [rf"$\mu$ = {m:g}" for m in MASSES]
     assert_nothing_overlaps(figure)
-
-
-def test_a_figure_grows_with_its_legend() -> None:
-    """So that panels keep their size, and their labels stay apart."""
-    masses = np.linspace(0.01, 0.12, 12)
-    axes = {"mass_ratio": masses, "clearance": D, "frequency_ratio": X}
-    cube = made_up(axes, {"draw": [0, 1]}, peak_displacement=1.0, rms_ratio=0.5)
-    names = ("peak_displacement", "rms_ratio")
-    figure = curves(cube, *names, lines="mass_ratio", best="clearance", band=["draw"], log=True)
-    assert len(legend_texts(figure)) == 16
-    assert_nothing_overlaps(figure)
-    assert min(ax.get_window_extent().height / figure.dpi for ax in figure.axes) > 1.2
 
 
 @pytest.mark.parametrize(("size", "unit", "factor"), [(1.5e-2, "mm", 1e3), (1.5e-1, "m", 1.0)])
@@ -318,23 +271,3 @@ def test_labels_of_long_names_are_not_cut_off(along: str) -> None:
     box = figure.axes[0].xaxis.label.get_window_extent(figure.canvas.get_renderer())
     assert figure.bbox.x0 < box.x0
     assert box.x1 < figure.bbox.x1
-
-
-def test_ticks_of_few_decades_are_apart() -> None:
-    grid = np.geomspace(0.02, 0.2, 11)
-    cube = made_up({"clearance": grid}, peak_displacement=np.geomspace(1.8, 11.0, 11))
-    settings = {"variables": ["peak_displacement"], "along": "clearance", "log": True}
-    figure = laid_out(drawn("curves", cube, **settings))
-    (ax,) = figure.axes
-    assert [text.get_text() for text in ax.get_xticklabels()][1:-1] == [
-        "0.02",
-        "0.05",
-        "0.1",
-        "0.2",
-    ]
-    renderer = figure.canvas.get_renderer()
-    shown = [*ax.get_xticklabels(which="both")]
-    boxes = [text.get_window_extent(renderer) for text in shown if text.get_text()]
-    boxes = [box for box in boxes if ax.bbox.x0 - 30 < box.x1 and box.x0 < ax.bbox.x1 + 30]
-    for a, b in pairwise(sorted(boxes, key=lambda box: box.x0)):
-        assert a.x1 < b.x0

@@ -72,14 +72,6 @@ def test_points_and_law(si: bool, tmp_path) -> None:
     svg_of(figure, tmp_path)
 
 
-def test_one_line_and_laws_of_several_restitutions() -> None:
-    cube = damper.simulate(**RATIOS | {"mass_ratio": 0.01}, **RUN, observers=ASKED)
-    figure = drawn("damping", cube, lines="restitution")
-    assert len(law(figure.axes[0])) == 6
-    one = drawn("damping", cube, at={"restitution": 0.3})
-    assert "simulated: one half cycle" in legend_texts(one)
-
-
 @pytest.fixture
 def stopped() -> xr.Dataset:
     return damper.simulate(**RATIOS, **RUN | {"transient": 5}, observers=ASKED, max_events=3)

@@ -6,7 +6,6 @@ import json
 import math
 import random
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,6 @@ from referencing.jsonschema import DRAFT202012
 from damper.parameters.quantities import ALL, MODEL_NAMES, SI_ONLY
 from damper.study import reference
 from damper.study.config import ConfigError, load_config, load_study
-from damper.study.fields import Strict
 from damper.study.forcing import FORCES
 from damper.study.kinds import FIGURES, STUDIES, TABLES
 from damper.study.model import Settings, Study
@@ -81,20 +79,8 @@ GOOD = [
 
 
 def test_generated_files_are_in_step():
-    stale = reference.out_of_step(ROOT)
-    assert stale == [], f"run: {reference.MADE_BY}"
-
-
-def test_command_writes_and_checks(tmp_path, capsys):
-    arguments = ["--root", str(tmp_path)]
-    assert reference.main([*arguments, "--check"]) == 1
-    assert not list(tmp_path.iterdir())
-    assert reference.main(arguments) == 0
-    assert reference.main([*arguments, "--check"]) == 0
-    (tmp_path / "docs/reference.md").write_text("edited")
-    capsys.readouterr()
-    assert reference.main([*arguments, "--check"]) == 1
-    assert capsys.readouterr().out.splitlines()[0] == "out of step: docs/reference.md"
+    for path, text in reference.files().items():
+        assert (ROOT / path).read_text("utf-8") == text, f"run: {reference.MADE_BY}"
 
 
 def test_every_file_names_its_schema():
@@ -131,39 +117,16 @@ def test_every_key_has_a_description_a_type_and_a_schema():
                     assert {"type", "enum", "const", "$ref"} & one.keys(), f"{cls.__name__}.{key}"
 
 
-def paths(cls: type[Strict], path: str) -> Iterator[str]:
-    for key, field in cls.model_fields.items():
-        yield f"{path}{key}"
-        settings = reference.settings_of(field)
-        if settings is not None:
-            yield from paths(settings, f"{path}{key}.")
-
-
-def test_reference_has_every_key_and_variable_once_in_its_section():
+def test_reference_has_every_key_of_its_section():
     text = (ROOT / "docs/reference.md").read_text()
-    keys = [*paths(Study, ""), *paths(Settings, ""), *paths(Fixed, "parameters.<name>.")]
-    keys += [*paths(Axis, "axes.<name>."), *paths(DrawKeys, "draws.")]
-    keys += paths(Drawn, "draws.<name>.")
-    for name, cls in OBSERVER_SETTINGS.items():
-        keys += paths(cls, f"observers.{name}.")
-    kinds = text.index("\n## Studies that check the engine")
-    settings = text.index("\n## Configuration", kinds)
-    cubes = text[:kinds] + text[settings:]
-    for key in keys:
-        assert cubes.count(f"\n| `{key}` |") == 1, key
-    _, *sections = text[kinds:settings].split("\n### Study of kind: ")
-    assert [section.partition("\n")[0] for section in sections] == list(STUDIES)
-    for section, cls in zip(sections, STUDIES.values(), strict=True):
-        for path, entry in {"": cls, **{f"{n}.<name>.": e for n, e in cls.entries.items()}}.items():
-            # The keys of a force stand once, with those of studies.
-            for key in (key for key in paths(entry, path) if ".forcing." not in key):
-                assert section.count(f"\n| `{key}` |") == 1, key
-    for section, registry in (("figures", FIGURES), ("tables", TABLES)):
-        for kind, cls in registry.items():
-            own = text.split(f"\n## {section.capitalize()}\n")[1].split("\n## ")[0]
-            part = own.split(f"### kind: {kind}\n")[1].split("\n#")[0]
-            for key in paths(cls, f"{section}.<file>."):
-                assert part.count(f"\n| `{key}` |") == 1, key
+    for cls in CLASSES:
+        for key in cls.model_fields:
+            assert re.search(rf"\n\| `(?:[\w<>]+\.)*{key}` \|", text), f"{cls.__name__}.{key}"
+    for kinds in (FIGURES, TABLES):
+        for kind, cls in kinds.items():
+            parts = [part.split("\n#")[0] for part in text.split(f"\n### kind: {kind}\n")[1:]]
+            keys = [f"<file>.{key}` |" for key in cls.model_fields]
+            assert any(all(key in part for key in keys) for part in parts), kind
     for name in ALL:
         assert f"\n| `{name}` |" in text
 

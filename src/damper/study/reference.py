@@ -1,7 +1,7 @@
 """Schemas for editors and the reference of all keys, made from the classes that check a study.
 
 ``python -m damper.study.reference`` writes config/schema/*.json and docs/reference.md into the
-project; with ``--check`` it writes nothing and fails where they are not in step with the classes.
+project.
 
 A schema accepts what the loader accepts, and completes and refuses what can be seen at one key: its
 name, type, bounds and choices. An override is a part of a study, so inside a study no key is asked
@@ -13,10 +13,8 @@ stand twice. A schema takes 100.0 for an integer.
 
 from __future__ import annotations
 
-import argparse
 import json
 import re
-import sys
 from collections.abc import Iterable, Mapping
 from functools import reduce
 from inspect import cleandoc
@@ -86,30 +84,10 @@ def _json(value: Any, indent: str = "") -> str:
     return f"{left}\n{deeper}{inner}\n{indent}{right}"
 
 
-def out_of_step(root: Path) -> list[str]:
-    """Return the generated files that are not what the classes say."""
-    return [
-        path
-        for path, text in files().items()
-        if not (root / path).is_file() or (root / path).read_text("utf-8") != text
-    ]
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Write the files, or check them; return the exit status."""
-    parser = argparse.ArgumentParser(prog=MADE_BY, description=first_line(sys.modules[__name__]))
-    parser.add_argument("--check", action="store_true", help="write nothing; fail if out of step")
-    parser.add_argument("--root", type=Path, default=ROOT, help="folder of the project")
-    given = parser.parse_args(arguments)
-    stale = out_of_step(given.root)
-    for path in stale:
-        print(f"out of step: {path}" if given.check else f"written: {path}")
-        if not given.check:
-            (given.root / path).parent.mkdir(parents=True, exist_ok=True)
-            (given.root / path).write_text(files()[path], "utf-8", newline="\n")
-    if given.check and stale:
-        print(f"run {MADE_BY}")
-    return int(given.check and bool(stale))
+def write() -> None:
+    """Write every generated file into the project."""
+    for path, text in files().items():
+        (ROOT / path).write_text(text, "utf-8", newline="\n")
 
 
 # The reference.
@@ -320,4 +298,4 @@ def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    write()
