@@ -120,7 +120,7 @@ def test_no_force_is_an_amplitude_of_zero() -> None:
         ),
         (
             lambda: Parameters(**GENERIC, forcing="none", phase=1.0),
-            "phase = 1.0 with forcing = NoForce(): it has no phase",
+            "phase = 1.0 with forcing = NoForce(): forcing 'none' has no phase; leave phase out",
         ),
         (
             lambda: Parameters(**GENERIC, forcing=FORCES[5], phase=1.0),

@@ -429,7 +429,7 @@ ORBITS = "orbits: {a: {along: clearance, start: 1}}\n"
         (
             "{kind: record, file: quake.csv, of: base_acceleration}",
             "tables: {edges: {kind: intervals, along: clearance, resolution: 0.1}}\n",
-            ["tables.edges\n", "does not keep the samples of a record"],
+            ["tables.edges\n", "does not hold the record's samples"],
         ),
         (
             "base",

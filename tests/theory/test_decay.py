@@ -156,7 +156,7 @@ def test_elastic_impacts_lose_nothing() -> None:
         ({"support_stiffness_ratio": 0.1}, "this is the grounded one"),
         ({"contact_stiffness_ratio": 1e4}, "this is the compliant one"),
         ({"modulation_depth": 0.1}, "this is the time_varying one"),
-        ({"gravity": 0.01}, r"gravity = 0\.01: the closed form knows .* alone"),
+        ({"gravity": 0.01}, r"gravity = 0\.01: the closed form holds for .* only"),
     ],
 )
 def test_what_the_law_does_not_know_is_refused(changes: dict[str, float], message: str) -> None:

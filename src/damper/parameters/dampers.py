@@ -687,7 +687,9 @@ def need_known(parameters: Parameters, known: Collection[str], what: str) -> Non
     """
     for name, value in parameters.acting.items():
         if name not in known:
-            raise ValueError(f"{name} = {value!r}: {what} knows {', '.join(known)} alone")
+            raise ValueError(
+                f"{name} = {value!r}: {what} holds for {', '.join(known)} only; leave {name} out"
+            )
 
 
 def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) -> None:
@@ -734,8 +736,8 @@ def _check_several(
     if values.get("masses") is not None:
         for name in [n for model, names in asked.items() if model != "sliding" for n in names]:
             raise ValueError(
-                f"masses and {named(name)}: masses that are listed have rigid walls and no "
-                "support, and are whole; leave out one of the two"
+                f"masses and {named(name)}: several free masses have rigid walls, no support and "
+                f"constant mass; leave out {named(name)} or masses"
             )
     if values.get("masses") is not None or "several" in asked:
         for q in _laws(values):

@@ -687,7 +687,10 @@ def check_force(
     `only` are the amplitudes that may stand beside no force.
     """
     if phase and not forcing.has_phase:
-        raise ValueError(f"phase = {phase!r} with forcing = {forcing!r}: it has no phase")
+        raise ValueError(
+            f"phase = {phase!r} with forcing = {forcing!r}: forcing '{forcing.kind}' has no phase; "
+            "leave phase out"
+        )
     if isinstance(forcing, NoForce) and force_amplitude not in only:
         raise ValueError(
             f"force_amplitude = {force_amplitude!r} with forcing = {forcing!r}: there is no force; "

@@ -232,8 +232,8 @@ def _check_kept(study: Study, mistakes: Mistakes) -> None:
     """Refuse to run more points of a cube that does not keep what drives them."""
     for section, name, made in study.products() if study.force.kind == "record" else ():
         if made.runs_more:
-            message = "it runs more points, and a cube does not keep the samples of a record"
-            mistakes.add((section, name), message, "a study under another force")
+            message = "it runs further points, but the cube does not hold the record's samples"
+            mistakes.add((section, name), message, "left out, or in a study under another force")
 
 
 def _check_theories(study: Study, mistakes: Mistakes) -> None:
