@@ -155,6 +155,7 @@ def test_loaded_on_first_use_from_the_package() -> None:
         ({"observers": None}, "observers = None: must be names, or a mapping from names"),
         ({"observers": {"impacts": [1]}}, r"impacts = \[1\]: must be a mapping of settings"),
         ({"state": (0, 0, 0, 0)}, r"state = \(0, 0, 0, 0\): must be a damper.State"),
+        ({"initial": np.zeros(4)}, r"initial = array\(\[0\., .*: must be 'rest' or 'steady'"),
         ({"clearance": [0.1, 0.2, 0.1]}, "clearance: 0.1 is given 2 times"),
         ({"periods": None}, "periods = None: must be a real number"),
         ({"max_events": 1.5}, "max_events = 1.5: must be a whole number >= 1"),

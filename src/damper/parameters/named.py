@@ -22,6 +22,8 @@ Damper = TypeVar("Damper", bound=Parameters | SIParameters)
 def named_quantity(parameters: Parameters | SIParameters, name: str) -> Quantity:
     """Return the quantity of a continuous number; TypeError with the nearest name for other
     names."""
+    if not isinstance(name, str):
+        raise TypeError(f"parameter = {name!r}: must be the name of a parameter")
     varied = {q.name: q for q in parameters.quantities if not q.whole}
     varied |= {
         f"{of}_{k}": of_a_mass(varied[of], k)

@@ -222,6 +222,8 @@ def _checked_starts(
     initial: str, draws: Mapping[str, Any] | None, given: Mapping[str, Any], state: State | None
 ) -> dict[str, Any]:
     """Check where runs start and what is drawn by the rules of the study language; the latter."""
+    if not isinstance(initial, str):
+        raise TypeError(f"initial = {initial!r}: must be 'rest' or 'steady'; a state is `state`")
     if not isinstance({} if draws is None else draws, Mapping):
         raise TypeError(f"draws = {draws!r}: must be a mapping of count, seed and quantities")
     names = [name for name in INITIAL_NAMES if name in given or name in (draws or ())]
