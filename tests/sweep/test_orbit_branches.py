@@ -32,6 +32,12 @@ CHATTER = Parameters(
 )
 
 
+def steady_amplitude(p: Parameters) -> float:
+    """The primary's amplitude where no mass touches it."""
+    w = p.frequency_ratio
+    return 1.0 / float(np.hypot(1.0 - w * w, 2.0 * p.damping_ratio * w))
+
+
 def points(branch: Branch, kind: str) -> list[SpecialPoint]:
     return [point for point in branch.special_points if point.kind == kind]
 
@@ -518,10 +524,84 @@ def test_dataset_of_several_masses() -> None:
     assert data.point_y.dims == ("point", "body")
 
 
+IDLE = Parameters(0.08, 0.04, 1.34, 1.85, 0.38)
+
+
+@pytest.mark.parametrize(
+    "more", [{}, {"contact_stiffness_ratio": 100.0}, {"modulation_depth": 0.1}]
+)
+@plain
+def test_an_idle_mass_is_left_out_of_the_equation(more: dict[str, float]) -> None:
+    """It may be anywhere, so its multipliers of 1 made the equation singular."""
+    orbit = periodic_orbit(replace(IDLE, clearance=20.0, **more), settle=50)
+    assert (orbit.idle, orbit.stable) == ((0,), False)
+    assert "with idle masses [0]" in repr(orbit)
+    branch = continue_orbit(orbit, "damping_ratio", 0.038, 0.042, step=0.2)
+    assert branch.values[[0, -1]].tolist() == [0.038, 0.042]
+    assert branch.idle == (0,)
+    for each in branch.orbits:
+        p = each.parameters
+        assert each.peak == pytest.approx(steady_amplitude(p), rel=1e-12)
+        assert each.state.u == 0.0
+
+
+@plain
+def test_an_idle_mass_beside_one_that_hits() -> None:
+    own = {name: getattr(IDLE, name) for name in ("mass_ratio", "clearance", "restitution")}
+    idle = {"mass_ratio": 0.1, "clearance": 4.5, "restitution": 0.6}
+    guess = State(-0.296, -1.240, 0.864, -2.065)
+    alone = continue_orbit(periodic_orbit(IDLE, state=guess), "restitution", 0.36, 0.40)
+    beside = replace(IDLE, masses=[own, idle])
+    both = continue_orbit(
+        periodic_orbit(beside, state=replace(guess, y=(guess.y, 0.3), u=(guess.u, 0.0))),
+        "restitution_0",
+        0.36,
+        0.40,
+    )
+    assert (alone.idle, both.idle) == ((), (1,))
+    assert both.ends == tuple(end.replace("restitution", "restitution_0") for end in alone.ends)
+    assert both.values == pytest.approx(alone.values, abs=1e-9)
+    peaks = [[orbit.peak for orbit in branch.orbits[::20]] for branch in (alone, both)]
+    assert peaks[1] == pytest.approx(peaks[0], rel=1e-9)
+
+
+@plain
+def test_a_branch_ends_where_an_idle_mass_is_touched() -> None:
+    """As near as the branch resolves to where the primary's amplitude is the gap that is left."""
+    p = replace(IDLE, clearance=1.6)
+    orbit = periodic_orbit(p, state=State(-0.1663, -1.654, 0.1, 0.0))
+    branch = continue_orbit(orbit, "frequency_ratio", 1.28, 1.35, step=0.2)
+    assert branch.ends[0].endswith("where the idle mass 0 is touched")
+    touch = brentq(
+        lambda w: steady_amplitude(replace(p, frequency_ratio=w)) - 1.5, 1.2, 1.34, xtol=1e-14
+    )
+    assert branch.values[0] == pytest.approx(touch, abs=1e-9)
+
+
+def test_what_a_branch_shows(oscillator: Branch) -> None:
+    shown = repr(oscillator)
+    assert len(shown) < 300
+    assert f"<Branch of {len(oscillator.orbits)} orbits, clearance" in shown
+    assert len(repr(oscillator.special_points)) < 200
+    ax = plain(oscillator.plot)()
+    assert ax.get_xlabel().startswith("clearance")
+    labels = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert labels == ["stable", "not stable", "period doubling", "grazing"]
+    stable, other, doubling, _ = ax.get_lines()
+    # Each orbit is drawn, and lines of both kinds meet.
+    drawn = np.isfinite([stable.get_ydata(), other.get_ydata()])
+    assert drawn.any(axis=0).all()
+    assert drawn.all(axis=0).any()
+    (point,) = points(oscillator, "period doubling")
+    assert doubling.get_xydata().tolist() == [[point.value, point.orbit.peak]]
+
+
 def test_bad_input(oscillator: Branch) -> None:
     orbit = oscillator.orbits[0]
     with pytest.raises(TypeError, match=r"unknown parameter 'clearence'.*mean 'clearance'"):
         damper.continue_orbit(orbit, "clearence", 9.0, 10.0)
+    with pytest.raises(TypeError, match="parameter = 3: must be the name of a parameter"):
+        damper.continue_orbit(orbit, 3, 9.0, 10.0)  # type: ignore[arg-type]
     with pytest.raises(
         ValueError, match=r"from 1\.0 to 2\.0: must be a range with the orbit's own"
     ):

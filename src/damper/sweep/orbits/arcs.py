@@ -116,16 +116,13 @@ class Arc:
             begin += duration
         return best
 
-    def smallest_gaps(self) -> list[float]:
-        """Smallest gap to a wall in each flight, not at its ends but where friction stops it."""
-        found: list[float] = []
-        for number, one in enumerate(self.parameters.each):
-            rows = log_of_mass(self.trajectory.model, self.rows, number)
-            found += self._gaps_of(rows, one.clearance)
-        return found
+    def smallest_gaps(self, number: int) -> list[float]:
+        """Smallest gap of a free mass in each flight, not at its ends but where friction stops it.
 
-    def _gaps_of(self, rows: np.ndarray, clearance: float) -> list[float]:
-        found = []
+        The mass is given by its number.
+        """
+        rows = log_of_mass(self.trajectory.model, self.rows, number)
+        clearance, found = self.parameters.each[number].clearance, []
         fastest = max(rate_of(self.trajectory.model.free.forcing), 1.0)
         before, last = rows[0], rows[0]
         for row in rows[1:]:

@@ -9,14 +9,17 @@ import numpy as np
 
 from damper.models.sensitivity import neighbours
 from damper.parameters import SIParameters
-from damper.parameters.lazy import xr
+from damper.parameters.lazy import Axes, xr
 from damper.parameters.named import named_quantity, rates_of, value_of, with_values
 from damper.parameters.quantity import real, whole
-from damper.parameters.units import LENGTH, SI_UNITS, SPEED, attributes_of
+from damper.parameters.units import LENGTH, SI_UNITS, SPEED, attributes_of, units_of
 from damper.sweep.orbits.equation import OrbitEquation, OrbitPoint
 from damper.sweep.orbits.periodic import PeriodicOrbit, check, need_force, need_in_step
 from damper.sweep.orbits.walk import Walk
 from damper.sweep.progress import progress_bar
+
+#: Most special points that a branch shows.
+_SHOWN = 6
 
 
 def continue_orbit(
@@ -97,20 +100,72 @@ class SpecialPoint:
     """One of `damper.sweep.orbits.KINDS`."""
     value: float
     """Of the parameter, to 1e-10 of the range that is followed."""
-    orbit: PeriodicOrbit
+    orbit: PeriodicOrbit = field(repr=False)
     found: OrbitPoint = field(repr=False, compare=False)
     """The solution on the branch, from which `continue_point` goes on."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Branch:
     """Periodic motions along a parameter, in the order of the branch; made by `continue_orbit`."""
 
     parameter: str
-    orbits: tuple[PeriodicOrbit, ...] = field(repr=False)
+    orbits: tuple[PeriodicOrbit, ...]
     special_points: tuple[SpecialPoint, ...]
     ends: tuple[str, str]
     """Why the branch ends where its first and its last orbit are."""
+
+    def __repr__(self) -> str:
+        values, count = self.values, len(self.special_points)
+        shown = [f"{point.kind} at {point.value:.6g}" for point in self.special_points[:_SHOWN]]
+        shown += [f"{count - _SHOWN} more"] if count > _SHOWN else []
+        points = f"; {', '.join(shown)}" if shown else ""
+        return (
+            f"<Branch of {len(values)} orbits, {self.parameter} {values.min():.6g} to "
+            f"{values.max():.6g}{points}>"
+        )
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the primary's largest displacement over the parameter.
+
+        Motions that are not stable are dashed, and special points are marked.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; in a new figure of pyplot when not given.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        if ax is None:
+            from matplotlib import pyplot
+
+            ax = pyplot.subplots(layout="constrained")[1]
+        values, peaks = self.values, np.array([orbit.peak for orbit in self.orbits])
+        stable = np.array([orbit.stable for orbit in self.orbits])
+        joined = np.convolve(~stable, [1, 1, 1], "same") > 0  # up to the stable neighbours
+        for shown, style in ((stable, "k-"), (joined, "k--")):
+            label = "stable" if style == "k-" else "not stable"
+            if shown.any():
+                ax.plot(values, np.where(shown, peaks, np.nan), style, label=label)
+        for kind in dict.fromkeys(point.kind for point in self.special_points):
+            found = [(p.value, p.orbit.peak) for p in self.special_points if p.kind == kind]
+            ax.plot(*np.transpose(found), "o", label=kind)
+        about, (length, _) = self._attributes
+        ax.set_xlabel(f"{about['long_name']} ({units_of(about)})".removesuffix(" (1)"))
+        ax.set_ylabel(f"largest displacement of the primary ({units_of(length)})")
+        ax.legend()
+        return ax
+
+    @property
+    def idle(self) -> tuple[int, ...]:
+        """Idle free masses, as `PeriodicOrbit.idle`: left out of the equation, their places given.
+
+        The branch ends where one is touched.
+        """
+        return self.orbits[0].idle
 
     @property
     def values(self) -> np.ndarray:
@@ -155,13 +210,7 @@ class Branch:
         several.
         """
         orbits, points = self.orbits, self.special_points
-        kind = type(orbits[0].parameters)
-        quantity = named_quantity(orbits[0].parameters, self.parameter)
-        units = orbits[0].parameters.forcing.si_unit if quantity.units == "N" else quantity.units
-        of = orbits[0].parameters.forcing.amplitude
-        about = {"long_name": quantity.long_name, **attributes_of(units, of)}
-        named = SI_UNITS if kind is SIParameters else {}
-        length, speed = (attributes_of(named.get(unit, unit), of) for unit in (LENGTH, SPEED))
+        about, (length, speed) = self._attributes
         most = max(4, *(len(orbit.multipliers) for orbit in orbits))
         multipliers = np.full((len(orbits), most), np.nan, complex)
         for row, orbit in zip(multipliers, orbits, strict=True):
@@ -196,6 +245,16 @@ class Branch:
         }
         return xr.Dataset(variables, attrs=attributes)
 
+    @property
+    def _attributes(self) -> tuple[dict[str, str], tuple[dict[str, str], dict[str, str]]]:
+        """Name and units of the parameter; units of lengths and of speeds."""
+        p = self.orbits[0].parameters
+        quantity, of = named_quantity(p, self.parameter), p.forcing.amplitude
+        units = p.forcing.si_unit if quantity.units == "N" else quantity.units
+        named = SI_UNITS if isinstance(p, SIParameters) else {}
+        length, speed = (attributes_of(named.get(unit, unit), of) for unit in (LENGTH, SPEED))
+        return {"long_name": quantity.long_name, **attributes_of(units, of)}, (length, speed)
+
 
 @contextmanager
 def watched(what: str, start: float) -> Iterator[Callable[[float], None]]:
@@ -218,9 +277,9 @@ def _through(orbit: PeriodicOrbit, name: str, start: float, stop: float) -> Orbi
     check(p, orbit.period)
     low, high = need_range(orbit, name, start, stop)
     own = value_of(p, name)
-    equation = OrbitEquation(
-        p, (name,), np.array([low]), np.array([high - low]), orbit.period, state, np.zeros(1)
-    )
+    line = (name,), np.array([low]), np.array([high - low])
+    equation = OrbitEquation(p, *line, orbit.period, state.copy(), np.zeros(1), orbit.idle)
+    equation.state[equation.given[1::2]] = 0.0
     at = equation.at(state[None, :], (own - low) / (high - low))
     found = equation.over(at)
     if found is None:

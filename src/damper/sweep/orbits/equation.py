@@ -6,6 +6,7 @@ Applications of Bifurcation Theory, 1977, 359-384): a step along the tangent, th
 at right angles to it. Derivatives by states and parameter come with the runs: docs/orbits.md.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -58,11 +59,20 @@ class OrbitEquation:
     """A state on the branch: its size, and the components that do not move."""
     moments: np.ndarray
     """In forcing periods."""
+    idle: tuple[int, ...] = ()
+    """Free masses whose places are given: with them as unknowns no solution is the only one."""
 
     @cached_property
     def leaders(self) -> np.ndarray:
-        """As `damper.sweep.orbits.arcs.leaders`."""
-        return leaders(self.base.dimensionless, self.state)
+        """As `damper.sweep.orbits.arcs.leaders`, and -1 for components of idle masses."""
+        found = leaders(self.base.dimensionless, self.state)
+        found[self.given] = -1
+        return found
+
+    @property
+    def given(self) -> list[int]:
+        """Components of idle masses."""
+        return [2 + 2 * k + n for k in self.idle for n in range(2)]
 
     @cached_property
     def moving(self) -> np.ndarray:
@@ -102,6 +112,10 @@ class OrbitEquation:
             found = PeriodMap(self, p, arcs)
             # Asked here: a place without a derivative is no point of a branch.
             found.jacobian  # noqa: B018
+            if self.idle and max(abs(each.end - each.start)[self.given].max() for each in arcs) > (
+                TOLERANCE * self.size
+            ):
+                return None  # something acts on an idle mass
         except ValueError:
             # Outside the box or a parameter's range, or too many events.
             return None
@@ -241,7 +255,11 @@ class PeriodMap:
     @cached_property
     def smallest_gap(self) -> float:
         """Smallest gap in a flight, other than at its ends; over the size of the state."""
-        gaps = [gap for each in self.arcs for gap in each.smallest_gaps()]
+        return self.smallest_gap_of(range(len(self.parameters.dimensionless.each)))
+
+    def smallest_gap_of(self, masses: Iterable[int]) -> float:
+        """As `smallest_gap`, of these masses."""
+        gaps = [gap for each in self.arcs for k in masses for gap in each.smallest_gaps(k)]
         return min(gaps, default=np.inf) / self.equation.size
 
     def state(self, moment: float) -> np.ndarray:
@@ -326,7 +344,7 @@ class OrbitPoint:
             # mirror image is not.
             alike = all(len(set(one.restitutions)) == 1 and not one.gravity for one in p.each)
             odd = p.forcing.is_odd and p.model != "time_varying" and alike
-            return odd and bool(np.all(self.equation.leaders >= 0))
+            return odd and (bool(self.equation.idle) or bool(np.all(self.equation.leaders >= 0)))
         return p.model != "time_varying" or period % (2 * p.modulation_order) == 0
 
     @property

@@ -10,6 +10,7 @@ import numpy as np
 from damper.engine.loop import FINISHED
 from damper.engine.terminal import saying
 from damper.models import check_state, start_run
+from damper.models.forces import drive_of
 from damper.models.sensitivity import Stencil, model_along, neighbours
 from damper.models.tangent import OF_PARTED, parted_in
 from damper.parameters import Parameters, SIParameters, State
@@ -142,6 +143,7 @@ class PeriodicOrbit:
 
     def __repr__(self) -> str:
         word = f'"{self.word}"' if self.word else "no impacts"
+        word += f" with idle masses {list(self.idle)}" if self.idle else ""
         largest = f"largest multiplier {np.abs(self.multipliers[0]):.4g}"
         return f"<PeriodicOrbit {word} of period {self.period}, {largest}: {self.parameters}>"
 
@@ -191,6 +193,29 @@ class PeriodicOrbit:
             happens = parted_in(arc.trajectory.model, arc.rows)
             values = np.append(values, OF_PARTED[happens].ravel()[in_step[2:]])
         return values[np.lexsort((-values.imag, -abs(values)))]
+
+    @cached_property
+    def idle(self) -> tuple[int, ...]:
+        """Numbers of the idle free masses, from 0: they meet no wall, and nothing acts on them.
+
+        Each may be anywhere between its walls, so two multipliers are 1, and the motion is not
+        `stable`. `continue_orbit` leaves idle masses out of its equation: their places are given.
+        """
+        p, moves = self.parameters.dimensionless, leaders(self.parameters.dimensionless, self.start)
+        if drive_of(p).share or (moves < 0).any():
+            return ()
+        own = np.unique(moves)
+        matrix = (self.scaled.derivative @ (moves[:, None] == own))[own]
+
+        def is_idle(k: int) -> bool:
+            y, u = np.searchsorted(own, moves[2 + 2 * k : 4 + 2 * k])
+            alone = matrix.copy()
+            alone[y, u] = 0.0  # the time of a free flight
+            rows, columns = alone[[y, u]], alone[:, [y, u]].T
+            free = np.eye(len(own))[[y, u]]
+            return bool((rows == free).all() and (columns == free).all())
+
+        return tuple(k for k in range(len(p.each)) if is_idle(k))
 
     @property
     def stable(self) -> bool:

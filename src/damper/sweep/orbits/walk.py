@@ -18,6 +18,8 @@ _GROWTH = 1e6
 _CLOSE = 1e-4
 #: Time between impacts of two masses that are as good as together.
 _TOGETHER = 1e-6
+#: Gap of an idle mass, over the size of the state, that is as good as none.
+_TOUCHED = 1e-6
 #: Places of one orbit, found twice.
 _SAME = 1e-7
 #: How far beyond a border of complete chatter its other side must be seen.
@@ -95,7 +97,7 @@ class Walk:
         if last.repeats and abs(last.defect).max() < _NEARLY < abs(self.points[0].defect).max():
             return f"{_meets(last)}, where an impact grazes"
         where = f", where the slowest impact has {slowest:.3g}" if slowest < np.inf else ""
-        where = _hit_together(last) or where
+        where = _touched(last) or _hit_together(last) or where
         return f"no orbit found beyond {last.name} = {last.value!r}{where}"
 
     def _returns(self) -> bool:
@@ -193,6 +195,14 @@ class Walk:
         symmetric = a.repeats and b.repeats and np.linalg.norm(a.defect) < _SYMMETRIC
         named = {"branch point": "symmetry breaking"} if symmetric and a.equation.period % 2 else {}
         return [(named.get(kind, kind), point) for kind, point in points]
+
+
+def _touched(point: OrbitPoint) -> str:
+    """Name an idle mass that is about to be touched."""
+    for k in point.equation.idle:
+        if point.found.smallest_gap_of([k]) < _TOUCHED:
+            return f", where the idle mass {k} is touched"
+    return ""
 
 
 def _hit_together(point: OrbitPoint) -> str:
