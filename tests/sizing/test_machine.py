@@ -81,6 +81,8 @@ def test_the_best_material_is_named_with_its_origin() -> None:
     assert "rubber (the origin of its restitution is not given) or cork (" in repr(
         damper.design(given | cork, quick=True)
     )
+    rows = card.partition("material")[2].splitlines()[1:4]
+    assert [row.split()[0] for row in rows] == ["rubber", "lead", "steel"]
     del given["materials"]["rubber"]
     assert "0.05, lead (stated: a handbook)" in repr(damper.design(given, quick=True))
     del given["materials"]

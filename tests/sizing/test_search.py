@@ -82,3 +82,19 @@ def random_machine(seed: int):
             "gap_tolerance": draw.choice([0.0, 0.2]),
         }
     )
+
+
+def test_each_restitution_has_its_best_damper() -> None:
+    given = {"mass": 1.0, "stiffness": 1.0, "damping_ratio": 0.05, "force_amplitude": 1.0}
+    given |= {"band": [0.97 * F, 1.03 * F], "largest_mass": 0.1, "largest_gap": 1e3}
+    judge = Judge(machine_of(given | {"materials": {"soft": 0.1, "hard": 0.4, "cork": 0.1}}))
+    dampers = [Sizes(0.1, gap, r) for gap in (8.0, 12.0) for r in (0.1, 0.4)]
+    worst = {damper: Search(judge).worst(damper) for damper in dampers}
+    search, shown = Search(judge), []
+    search.show = lambda done, total: shown.append((search.doing, done, total))
+    found = search.best_of_each(search.best_of(dampers))
+    of_each = [[one for one in dampers if one.restitution == r] for r in (0.1, 0.4)]
+    assert found == [min(some, key=worst.__getitem__) for some in of_each]
+    assert shown[0] == ("dampers tried", 0, 4)
+    doing, done, total = shown[-1]
+    assert (doing, done) == ("cases of the best damper", total)

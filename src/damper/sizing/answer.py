@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
 from damper.sizing.search import DIGITS, Search
 from damper.sizing.study import CHANGED, PART, Judge, Sizes, rounded
 from damper.sizing.words import text_of
+from damper.sweep.progress import progress_bar
 
 #: More than without the damper, by more than transients leave.
 _MORE = 1.01
@@ -72,6 +73,8 @@ class Design:
     """What a little more of each quantity changes, as built and where the worst case is."""
     motions: pd.DataFrame | None = None
     """Where random starts lead to at the worst frequency."""
+    materials: pd.DataFrame | None = None
+    """The best damper of each material, and its worst case."""
     studies: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     """What every number is made from: name -> study, as a file has it."""
 
@@ -105,7 +108,7 @@ class Design:
         more = [f"! {text}" for text in self.warnings]
         tables = [
             frame.to_string(index=False)
-            for frame in (self.tolerances, self.changes, self.motions)
+            for frame in (self.materials, self.tolerances, self.changes, self.motions)
             if frame is not None
         ]
         return "\n".join([*head, *more, *body, *tables, *(f"- {text}" for text in self.assumed)])
@@ -162,7 +165,12 @@ def design(
     if quick:
         return _checked(_by_law(judge))
     _check_length(judge)
-    return _checked(_answer(judge, Search(judge).best()))
+    search = Search(judge)
+    with progress_bar(lambda: search.doing, "") as search.show:
+        damper = search.best()
+        each = search.best_of_each(damper) if judge.machine.materials else []
+    materials = _materials(judge.machine, [(one, search.bounds[one]) for one in each])
+    return _checked(replace(_answer(judge, damper), materials=materials))
 
 
 def machine_from(machine: Any, given: Mapping[str, Any]) -> Machine:
@@ -220,7 +228,26 @@ def _by_law(judge: Judge) -> Design:
             f"{m.rate / (2.0 * math.pi):.4g} Hz, and with a gap of {text_of(asked, 'm')} or less, "
             "for a decay exactly that: must be within band and largest_gap; or leave out quick"
         )
-    return _design(judge, damper, quick=True, law=law["value"], warnings=_by_size(judge, damper))
+    of_each = [(one, found[0]) for one, found in zip(dampers, values, strict=True)]
+    found = _design(judge, damper, quick=True, law=law["value"], warnings=_by_size(judge, damper))
+    return replace(found, materials=_materials(m, of_each))
+
+
+def _materials(m: Machine, of_each: Sequence[tuple[Sizes, float]]) -> pd.DataFrame | None:
+    """The best damper of each material, and what counts."""
+    rows = [
+        {
+            "material": name,
+            "restitution": f"{damper.restitution:g}",
+            "free mass": text_of(damper.mass, "kg"),
+            "gap": text_of(damper.gap, "m"),
+            m.measured[2]: text_of(value, m.measured[1]),
+        }
+        for damper, value in sorted(of_each, key=lambda one: one[1])
+        for name, material in m.materials.items()
+        if material.restitution == damper.restitution
+    ]
+    return pd.DataFrame(rows) if rows else None
 
 
 def _design(
@@ -295,7 +322,7 @@ def _answer(judge: Judge, damper: Sizes) -> Design:
         studies["sweep"] = judge.sweep(damper)
         numbers |= _band_numbers(cube, cube_of(studies["sweep"]), judge)
         studies["motions"] = judge.motions(damper, numbers["worst_frequency"])
-        numbers["motions"] = _motions(cube_of(studies["motions"]))
+        numbers["motions"] = _motions(cube_of(studies["motions"]), judge.machine)
     frequency = numbers.get("worst_frequency", 0.0)
     orbit = _orbit(judge, damper, frequency)
     if orbit:
@@ -310,7 +337,6 @@ def cube_of(study: Mapping[str, Any]) -> xr.Dataset:
     from damper.study.parts import SimulatedStudy
     from damper.study.rules import check_study
     from damper.sweep.cube import gather
-    from damper.sweep.progress import progress_bar
     from damper.sweep.slices import simulate_slice
 
     made = SimulatedStudy.model_validate(dict(study))
@@ -419,14 +445,15 @@ def _band_numbers(cube: xr.Dataset, sweep: xr.Dataset, judge: Judge) -> dict[str
     }
 
 
-def _motions(cube: xr.Dataset) -> pd.DataFrame:
-    """Where random starts lead to, how often, and how far the machine moves there."""
+def _motions(cube: xr.Dataset, m: Machine) -> pd.DataFrame:
+    """Where random starts lead to, how often, and what counts there."""
     from damper.analysis.basins import basin_fractions
     from damper.analysis.motions import attractors
 
     classes, names = attractors(cube)
     fractions = basin_fractions(cube).set_index("motion")
     rows = []
+    variable, unit, words = m.measured
     for number, name in enumerate(names):
         some = cube.where(classes == number)
         row = fractions.loc[name]
@@ -434,7 +461,7 @@ def _motions(cube: xr.Dataset) -> pd.DataFrame:
             {
                 "motion": name,
                 "of starts": f"{row.fraction:.0%} ({row.lower:.0%} to {row.upper:.0%})",
-                "largest displacement": text_of(float(some.peak_displacement.max()), "m"),
+                words: text_of(float(some[variable].max()), unit),
                 "impacts per cycle": f"{float(some.impacts_per_period.mean()):.3g}",
             }
         )

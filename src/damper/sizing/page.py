@@ -138,6 +138,14 @@ def _body(design: Design) -> Iterator[str | pd.DataFrame]:
     if design.response is not None:
         words = "Response in the band and beyond" if m.band else "Motion"
         yield f"![{words}, with the damper and without](response.png)"
+    if design.materials is not None:
+        yield "## Materials"
+        by = "by the closed laws" if design.quick else "in the worst case"
+        grid = (
+            "" if design.quick else "; gaps and masses of all but the first are of a coarser grid"
+        )
+        yield f"The best damper of each material, {by}{grid}."
+        yield design.materials
     if design.tolerances is not None or design.changes is not None:
         yield "## How wrong things may be"
     if design.tolerances is not None:

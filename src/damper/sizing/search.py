@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damper.sizing.study import Chain, Judge, Sizes, rounded
+from damper.sweep.progress import Progress
 from damper.sweep.runs import run_points
 
 #: Gaps of the first grid: parts of that of the closed laws.
@@ -56,6 +57,9 @@ class Search:
         self.bounds: dict[Sizes, float] = {}
         """Sizes -> the greatest value of its runs so far."""
         self.runs = 0
+        self.doing = ""
+        """What the search does, for a person who waits."""
+        self.show: Progress | None = None
         self._left: dict[Sizes, list[int]] = {}
         # Of each case the sum of its values over the bounds of their dampers, and their number.
         self._hard = np.zeros((2, self._cases))
@@ -98,10 +102,33 @@ class Search:
             self._left.setdefault(damper, list(range(self._hard.shape[1])))
             self.bounds.setdefault(damper, 0.0)
         while True:
+            self._tell(dampers)
             ordered = sorted(dampers, key=self.bounds.__getitem__)
             if not self._left[ordered[0]]:
                 return ordered[0]
             self._advance([one for one in ordered if self._left[one]][:_AT_ONCE])
+
+    def best_of_each(self, found: Sizes) -> list[Sizes]:
+        """The best damper of each restitution of the first grid, beside the one that is found."""
+        tried: dict[float, list[Sizes]] = {}
+        for damper in self.bounds:
+            tried.setdefault(damper.restitution, []).append(damper)
+        return [
+            found if found.restitution == one else self.best_of(tried[one])
+            for one in self.judge.machine.restitutions
+        ]
+
+    def _tell(self, dampers: Sequence[Sizes]) -> None:
+        """Say how many of these are tried; then how many cases of the most promising are run."""
+        if self.show is None:
+            return
+        done, total = sum(self.bounds[one] > 0.0 for one in dampers), len(dampers)
+        self.doing = "dampers tried"
+        if done == total:
+            self.doing = "cases of the best damper"
+            total = self._hard.shape[1]
+            done = total - len(self._left[min(dampers, key=self.bounds.__getitem__)])
+        self.show(done, total)
 
     def worst(self, damper: Sizes) -> float:
         """Worst case of a damper, of all its runs."""

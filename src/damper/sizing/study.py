@@ -296,7 +296,8 @@ class Judge:
         draws = {"count": STARTS, "seed": 1, "initial_position": [-1, 1]}
         draws["initial_displacement"] = [-far, far]
         draws["initial_relative_velocity"] = [-speed, speed]
-        observers = {"motion": {"tolerance": 1e-4}, "response": {}, "impacts": {}}
+        own = {"response": {}} | self.observers
+        observers = {"motion": {"tolerance": 1e-4}, **own, "impacts": {}}
         return self._study("motions from anywhere", {}, fixed, observers) | {"draws": draws}
 
     def nominal(self, damper: Sizes) -> dict[str, float]:

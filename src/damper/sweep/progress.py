@@ -15,7 +15,7 @@ from damper.sweep.estimate import duration
 #: Called with the points done, and all, after each of them.
 Progress = Callable[[int, int], None]
 
-_CELLS = 24
+_CELLS, _FEW_CELLS = 24, 12
 #: A point that takes so many times the mean, and so many seconds, waited for code that compiles.
 _PAUSE, _LEAST_PAUSE = 10.0, 2.0
 
@@ -36,13 +36,15 @@ def progress_lines(stream: TextIO) -> Progress:
 
 
 @contextmanager
-def progress_bar(what: str = "", unit: str = "points") -> Iterator[Progress | None]:
+def progress_bar(
+    what: Callable[[], str] | str = "", unit: str = "points"
+) -> Iterator[Progress | None]:
     """Show a bar to a person at a terminal or a notebook, from the first second on; else None.
 
     Parameters
     ----------
-    what : str, optional
-        What is being done.
+    what : str or callable, optional
+        What is being done, or a function that returns it.
     unit : str, default "points"
         What is counted.
     """
@@ -58,9 +60,11 @@ def progress_bar(what: str = "", unit: str = "points") -> Iterator[Progress | No
         if now < next_time:
             return
         next_time = now + 0.1
-        full = _CELLS * done // total
-        words = f"{what}: " if what else ""
-        terminal.show(f"[{'#' * full}{' ' * (_CELLS - full)}] {words}{pace.text(total)}")
+        words = what() if callable(what) else what
+        cells = _FEW_CELLS if words else _CELLS
+        full = cells * done // total
+        bar = f"[{'#' * full}{' ' * (cells - full)}]"
+        terminal.show(f"{bar} {words}{': ' * bool(words)}{pace.text(total)}")
 
     try:
         yield show
@@ -81,14 +85,14 @@ class _Pace:
         passed = now - last_time
         mean = (last_time - first_time) / max(last_done - first_done, 1)
         waited = passed > max(_PAUSE * mean, _LEAST_PAUSE) and last_done > first_done
-        if last_time == math.inf or waited:
+        if last_time == math.inf or waited or last_done == 0 or done < last_done:
             self._first = done, now
         self._last = done, now
 
     def text(self, total: int) -> str:
         """Say it in words."""
         (first_done, first_time), (done, now) = self._first, self._last
-        text = f"{done} of {total} {self._unit}"
+        text = f"{done} of {total} {self._unit}".rstrip()
         if done == first_done or now <= first_time:
             return text
         rate = (done - first_done) / (now - first_time)
