@@ -305,7 +305,9 @@ def less_known(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("less_known")
 @pytest.mark.parametrize("consumer", [start, motions, prediction, largest, gap])
 def test_formulas_refuse_by_name_what_they_do_not_list(consumer: Callable) -> None:
-    with pytest.raises(ValueError, match=r"^phase = 0\.4: .* holds for .*damping_ratio.* only; leave phase out$"):
+    with pytest.raises(
+        ValueError, match=r"^phase = 0\.4: .* holds for .*damping_ratio.* only; leave phase out$"
+    ):
         consumer(QUIET | {"phase": 0.4})
 
 

@@ -550,7 +550,7 @@ def test_studies_refuse_what_knows_one_mass(tmp_path: Path) -> None:
     with pytest.raises(ConfigError) as error:
         load_study(path)
     for name in ("bursts", "stroboscopic_section"):
-        words = f"observers.{name}\n    {name} observes one free mass, and there are 3"
+        words = f"observers.{name}\n    {name} observes free masses by their numbers"
         assert words in str(error.value)
 
 

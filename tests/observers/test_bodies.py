@@ -159,7 +159,9 @@ def test_segments_of_all_masses_are_the_motion() -> None:
 @pytest.mark.parametrize("name", ["bursts", "trajectory", "impact_section", "motion", "segments"])
 @plain
 def test_a_mass_has_to_be_chosen(name: str) -> None:
-    with pytest.raises(ValueError, match=rf"^{name} observes one free mass, and there are 3: give"):
+    with pytest.raises(
+        ValueError, match=rf"^{name} observes free masses by their numbers: give bodies"
+    ):
         observed({name: {}})
     with pytest.raises(ValueError, match=rf"^{name}\.bodies = \[3\]: there is no mass 3: this dam"):
         observed({name: {"bodies": [3]}})

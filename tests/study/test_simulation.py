@@ -12,6 +12,7 @@ from scenes import STUDY as POINT
 import damper
 from damper import State, simulate
 from damper.engine.compiled import plain
+from damper.observers.common.laws import broken
 from damper.parameters.quantities import ALL
 from damper.sweep.runs import run_points
 
@@ -113,6 +114,21 @@ def test_only_what_is_asked_for_is_in_the_cube() -> None:
     assert cube.chatter_by_threshold.dims == ("threshold",)
     cube = simulate(**POINT, observers={"impact_section": {"samples": 11}}, **SHORT)
     assert cube.sizes["sample"] == 11
+
+
+@pytest.mark.parametrize("count", [1, 2])
+@plain
+def test_masses_are_observed_without_a_word_on_observers(count: int) -> None:
+    """The bursts of each mass; and one mass in a list is that one."""
+    cube = simulate(**POINT, masses=[{}] * count, **SHORT)
+    alone = simulate(**POINT | {"mass_ratio": count * POINT["mass_ratio"]}, **SHORT)
+    assert set(cube.data_vars) == set(alone.data_vars)
+    assert cube.chatter.sizes == {"body": count}
+    assert cube.visible_impacts.values == pytest.approx([float(alone.visible_impacts)] * count)
+    laws = simulate(**POINT, masses=[{}] * count, observers=["laws"], **SHORT)
+    assert not broken({name: v.values[None] for name, v in laws.data_vars.items()}).any()
+    with pytest.raises(ValueError, match=r"bursts observes free masses by their numbers: give bod"):
+        simulate(**POINT, masses=[{}] * count, observers=["bursts"], **SHORT)
 
 
 @pytest.mark.parametrize("values", [[[0.1, 0.2]], []], ids=repr)

@@ -14,7 +14,7 @@ from damper.engine.bodies import strength_on, weight_on
 from damper.engine.compiled import compiled
 from damper.engine.forcing import bound_of, rate_of
 from damper.engine.impact import law_at, restitution_at
-from damper.engine.model import begin, count_masses, mass_ratio_at, motion, read_segment
+from damper.engine.model import begin, mass_ratio_at, motion, read_segment
 from damper.engine.segment import (
     COLUMNS,
     CONTACT,
@@ -77,7 +77,7 @@ class Laws(Observer):
         self._found = np.zeros(1, _FOUND)
         for name in ("touch", "momentum", "restitution_law", "tensile_force"):
             self._found[name] = np.nan
-        self._several = count_masses(self._model) > 1
+        self._several = trajectory.columns > COLUMNS
         self._last = np.zeros(trajectory.columns)
         self._end = np.zeros(1, _SAMPLE)
 

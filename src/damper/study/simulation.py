@@ -26,15 +26,14 @@ from damper.sweep.slices import simulate_slice
 #: What a parameter may be: a number, or a sequence that makes a dimension.
 Values = float | Sequence[float]
 
+#: Observers of a call that names none.
+USUAL = ("stroboscopic_section", "impacts", "bursts")
+
 
 def simulate(
     parameters: Parameters | SIParameters | None = None,
     *,
-    observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None] = (
-        "stroboscopic_section",
-        "impacts",
-        "bursts",
-    ),
+    observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None] = USUAL,
     follow: Mapping[str, str] | None = None,
     initial: str = "rest",
     forcing: Forcing | str = HARMONIC,
@@ -60,6 +59,8 @@ def simulate(
     observers : iterable of str, or mapping of str to settings
         What to measure: ``stroboscopic_section`` or ``impact_section``, ``impacts``, ``bursts``,
         ``response``, ``trajectory``; see `damper.observers`. What is not asked for costs nothing.
+        When not given: ``stroboscopic_section``, ``impacts`` and ``bursts``, those of each of
+        `masses`.
 
     Other Parameters
     ----------------
@@ -159,6 +160,8 @@ def simulate(
         most, times = Counter(axes[name]).most_common(1)[0]
         if times > 1:
             raise ValueError(f"{name}: {most!r} is given {times} times")
+    if observers is USUAL and count:
+        observers = {name: {} for name in USUAL} | {"bursts": {"bodies": list(range(count))}}
     observers = list(observers) if isinstance(observers, Iterator) else observers
     follow = _checked_follow(follow, axes)
     with progress_bar() as progress:

@@ -125,8 +125,9 @@ class Observer:
             each = not name or {*known} >= {*ONE_MASS}
             if model == "several" and "bodies" in self.settings and each:
                 if not self.bodies:
-                    reason = f"{self.name} observes one free mass, and there are {masses}"
-                    found[""] = reason, f"bodies: {list(range(masses))}, or some of them"
+                    reason = f"{self.name} observes free masses by their numbers"
+                    some = ", or some of them" if masses > 1 else ""
+                    found[""] = reason, f"bodies: {list(range(masses))}{some}"
             else:
                 found[name] = unknown_model(f"{self.name}.{name}".rstrip("."), model, known), ""
         return found
