@@ -201,6 +201,19 @@ def test_the_sketch_shows_what_drives_it_in_units_of_suitable_size() -> None:
     assert not texts & {"$F$", "$F(t)$"}
 
 
+@pytest.mark.parametrize(
+    ("slope", "gap", "worst"), [(-8.4, "0.965 mm", "0.41 mm"), (0.4, "0.97 mm", "0.409 mm")]
+)
+def test_numbers_have_the_digits_that_the_sensitivity_supports(
+    slope: float, gap: str, worst: str
+) -> None:
+    """0.97 mm is 0.49 % more than 0.9653 mm, 0.965 mm is 0.03 % less."""
+    quick = damper.design(FRAME, quick=True)
+    found = replace(quick, gap=9.653e-4, worst=4.094e-4, slopes={"gap": slope})
+    texts = {name: text for name, _, text in found.lines}
+    assert (texts["gap"], texts["worst"]) == (gap, worst)
+
+
 def called(*arguments: str, code: int = 0) -> str:
     result = CliRunner().invoke(main, arguments, prog_name="damper")
     assert result.exit_code == code, result.output

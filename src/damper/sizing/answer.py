@@ -16,7 +16,7 @@ from damper.parameters.lazy import pd, xr
 from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
 from damper.sizing.search import DIGITS, Search
 from damper.sizing.study import CHANGED, PART, Judge, Sizes, rounded
-from damper.sizing.words import text_of
+from damper.sizing.words import ROUNDING, text_of
 from damper.sweep.progress import progress_bar
 
 #: More than without the damper, by more than transients leave.
@@ -24,6 +24,8 @@ _MORE = 1.01
 #: Steps along the gap when a periodic motion is followed, and motions at most.
 _FOLLOW: Mapping[str, Any] = {"step": 0.05, "max_orbits": 120, "until_change": True}
 _GAPS = (0.4, 2.5)
+#: Digits of an answer, one less where a per cent of a quantity changes it by more than two.
+_USUAL, _STEEP = 3, 2.0
 #: Cycles of the machine in one run.
 _MOST_CYCLES = 1e6
 
@@ -71,6 +73,8 @@ class Design:
     """What counts with each quantity off its value, the others as built."""
     changes: pd.DataFrame | None = None
     """What a little more of each quantity changes, as built and where the worst case is."""
+    slopes: Mapping[str, float] = field(default_factory=dict)
+    """Per cent by which what counts changes with a per cent of a quantity, as in `changes`."""
     motions: pd.DataFrame | None = None
     """Where random starts lead to at the worst frequency."""
     materials: pd.DataFrame | None = None
@@ -92,13 +96,28 @@ class Design:
         for one in fields(self):
             value = getattr(self, one.name)
             if one.name in units and not math.isnan(value):
-                text = text_of(value, units[one.name], one.metadata["digits"])
+                text = text_of(value, units[one.name], self.digits(one.name))
                 made.append((one.name, one.metadata["words"], text))
         if material := self.machine.material(self.restitution):
             names = [line[0] for line in made]
             name, words, value = made[place := names.index("restitution")]
             made[place] = name, words, f"{value}, {material}"
         return made
+
+    def digits(self, name: str) -> int:
+        """Digits of a number that the sensitivity of the answer supports."""
+        (most,) = (one.metadata["digits"] for one in fields(self) if one.name == name)
+        if not self.slopes:
+            return min(most, _USUAL)
+        if name in ("worst", "as_built"):
+            return _USUAL if max(map(abs, self.slopes.values())) <= _STEEP else _USUAL - 1
+        if name not in self.slopes:
+            return most
+        value, slope = getattr(self, name), abs(self.slopes[name])
+        enough = (
+            n for n in range(2, most) if slope * abs(rounded(value, n) / value - 1.0) <= ROUNDING
+        )
+        return next(enough, most)
 
     def __repr__(self) -> str:
         method = "closed laws alone" if self.quick else "exact runs"
@@ -527,6 +546,7 @@ def _changes(
     ]
     text = f"What {100.0 * PART:g} % more changes{where} is found {how}."
     return {
+        "slopes": slopes,
         "changes": pd.DataFrame(rows, columns=["more of", f"changes the {words} by"]),
         "assumed": (text,),
     }

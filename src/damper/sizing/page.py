@@ -18,7 +18,7 @@ from damper.figures.common.style import BLACK, COLUMN, VERMILION, save, style
 from damper.parameters.lazy import Figure
 from damper.sizing.machine import RECORDS, Machine
 from damper.sizing.search import DIGITS
-from damper.sizing.words import text_of
+from damper.sizing.words import ROUNDING, text_of
 from damper.study.yaml_file import dump_yaml
 from damper.tables import Table
 
@@ -168,6 +168,8 @@ def _body(design: Design) -> Iterator[str | pd.DataFrame]:
         "changes along it where it is said. The machine is in machine.yaml, numbers.csv has all "
         "digits."
     )
+    if design.slopes:
+        yield f"Sizes are rounded as far as the answer changes by {100.0 * ROUNDING:g} % at most."
 
 
 def _page(table: Table, folder: Path) -> str:
@@ -235,10 +237,10 @@ def sketch(design: Design) -> Figure:
             schematic.moving_base(ax, f"± {text_of(amplitude, 'm')}")
         elif m.acceleration_record is not None:
             schematic.moving_base(ax, "$a(t)$")
-        free = f"free mass {text_of(design.free_mass, 'kg', DIGITS)}"
+        free = f"free mass {text_of(design.free_mass, 'kg', design.digits('free_mass'))}"
         ax.text(3.75, 2.8, free, va="center", fontsize=_SMALL)
         for first, last in ((3.6, 5.2), (6.2, 7.8)):
-            length = text_of(0.5 * design.gap, "m", DIGITS)
+            length = text_of(0.5 * design.gap, "m", design.digits("gap") + 1)
             schematic.dimension(ax, first, last, 1.6, length, _SMALL)
         figure.set_size_inches(1.3 * COLUMN, 0.65 * COLUMN)
     return figure

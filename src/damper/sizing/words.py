@@ -1,5 +1,7 @@
 """Numbers as an engineer writes them."""
 
+#: Part of the answer that the rounding of a size may change.
+ROUNDING = 0.005
 #: SI unit -> for sizes from a least one on: how many times larger a unit is, and that unit.
 _UNITS = {
     "m": [(1.0, 1.0, "m"), (1e-5, 1e-3, "mm"), (1e-7, 1e-6, "µm"), (0.0, 1e-9, "nm")],
