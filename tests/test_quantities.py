@@ -321,7 +321,7 @@ def test_studies_refuse_by_name_what_formulas_do_not_list(tmp_path: Path) -> Non
         | {"theory": "two_impacts", "at": {"mass_ratio": 0.1}}
     }
     message = blame(tmp_path, study)
-    assert "initial\n    phase = 0.4: the steady response knows" in message
+    assert "initial\n    phase = 0.4: the steady response holds for" in message
     assert message.count("its formulas do not know phase") == 2
 
 
