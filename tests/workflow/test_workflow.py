@@ -390,12 +390,6 @@ def test_all_mistakes_of_all_files_at_once(small):
     assert kept.read_text() == "made before"
 
 
-def test_configuration_that_cannot_be_read(small):
-    (small / "config/config.yaml").write_text("studies: [small\nresults: x")
-    message = "config/config.yaml:2\n    not valid YAML at line 2, column 8"
-    assert f"1 error in the configuration\n{message}" in snakemake(small, "-n", code=1)
-
-
 def test_targets_are_made_when_asked_for(small):
     other = yaml.safe_dump(small_study(title="Other", transient=1000))
     (small / "config/studies/other.yaml").write_text(other)
@@ -417,13 +411,6 @@ def test_a_cache_that_is_not_used_is_said_once(small: Path, tmp_path: Path) -> N
     output = snakemake(small, *asked, NUMBA_CACHE_DIR=str(shared), DAMPER_COMPILE="1")
     assert jobs(output) == {"part": 2}
     assert output.count(f"others may write to {shared} (mode 777); each job compiles") == 1
-
-
-def test_target_with_the_name_of_a_rule(small):
-    (small / "config/config.yaml").write_text("studies: [small]\ntargets: {table: [small]}\n")
-    output = snakemake(small, code=1)
-    assert "Traceback" not in output
-    assert "'table' is a rule of the workflow" in output
 
 
 def test_every_kind_of_study_of_the_default_run_is_planned(tmp_path: Path) -> None:

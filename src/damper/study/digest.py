@@ -28,18 +28,25 @@ def code_digest(script: Path, modules: Iterable[str] = ()) -> str:
 
 def files_behind(script: Path, modules: Iterable[str] = ()) -> set[Path]:
     """Return the files that `code_digest` covers: the script and all that it imports of damper."""
-    files = {Path(script)}
-    waiting = [Path(script)]
+    files = {Path(script)} | _behind(Path(script))
     for name in modules:
         path = _file(name, _PACKAGE)
         if path is None:
             raise ValueError(f"{name!r} is not a module of damper")
-        waiting.append(path)
-    while waiting:
-        path = waiting.pop()
-        files.add(path)
-        waiting += [found for found in _imports(path) if found not in files]
+        files |= {path} | _behind(path)
     return files
+
+
+@cache
+def _behind(path: Path) -> frozenset[Path]:
+    """Return the files that a file imports of damper, directly or not."""
+    files: set[Path] = set()
+    waiting = [path]
+    while waiting:
+        found = _imports(waiting.pop()) - files
+        files |= found
+        waiting += found
+    return frozenset(files)
 
 
 #: ``from a.b import c, d``, with or without parentheses, and ``import a.b, c``. Parsing each file

@@ -144,12 +144,12 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         Field(description="What to tabulate: name of the file -> kind and its settings."),
     ] = _NONE
 
-    @property
+    @cached_property
     def axis_values(self) -> dict[str, tuple[float, ...]]:
         """Values of every axis, in the order of the cube's dimensions."""
         return {name: axis.points for name, axis in self.axes.items()}
 
-    @property
+    @cached_property
     def fixed(self) -> dict[str, float]:
         """Value of every parameter that is neither axis nor drawn, the phase included."""
         given = self.parameters | self.own
@@ -172,12 +172,12 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
             "draws": self.drawn,
         }
 
-    @property
+    @cached_property
     def drawn(self) -> dict[str, Drawn]:
         """Quantities that are drawn at random."""
         return drawn_of(self.draws)
 
-    @property
+    @cached_property
     def ends(self) -> dict[str, tuple[float, ...]]:
         """Values of every quantity; of one that is drawn, the ends of its range and its values."""
         fixed = {name: (value,) for name, value in self.fixed.items()}
@@ -274,7 +274,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
             values["draw"] = tuple(range(self.draw_settings()["count"]))
         return values
 
-    @property
+    @cached_property
     def contents(self) -> StudyContents:
         """Parts of the study that figures and tables can use."""
         starts = tuple(name for name in self.drawn if name in INITIAL_NAMES)
