@@ -62,6 +62,15 @@ def test_damaged_stale_and_missing_results_are_named(made):
     )
 
 
+def test_results_that_are_gone_are_counted_by_their_folder(made):
+    deleted = ["b/cube.nc", "b/figures/x.svg", "b/figures/y.svg", "a/later/z.svg"]
+    assert verified(made, *made, *deleted) == (
+        ["a/later: missing", "b, 3 files: missing", "3 files are sound, 4 are not."],
+        True,
+    )
+    assert verified(JobSettings(), "c/cube.nc")[1]
+
+
 def test_settings_of_a_job_are_formed_once():
     calls = []
     made = JobSettings()

@@ -280,6 +280,12 @@ def test_verify_names_what_is_not_sound_and_makes_nothing(made):
     ]
     unchanged = {path for path in before if not path.startswith(".snakemake")}
     assert {path: digests(made)[path] for path in unchanged} == {p: before[p] for p in unchanged}
+    # A cube, two figures of two files each, a table of two.
+    shutil.rmtree(made / "results")
+    assert verified(1) == [
+        "results, 7 files: missing",
+        "0 files are sound, 7 are not.",
+    ]
 
 
 def test_results_tell_what_they_were_made_of(made):

@@ -135,14 +135,22 @@ def rerun_if_changed(*patterns, needs=None):
     return mark
 
 
+def expected():
+    """Return the files that should exist: those of the default run, and of all that was begun."""
+    studies = [
+        study
+        for name, study in CONFIG.studies.items()
+        if name in DEFAULT or Path(RESULTS, name).is_dir()
+    ]
+    page = [*claims_if_complete(), *PAGE_FILES] if COMPLETE else []
+    return [path for study in studies for path in everything_of(study)] + page
+
+
 def verify():
     """Print which results are not as they should be, and return the status of `damper verify`."""
-    begun = [study for study in CONFIG.studies.values() if Path(RESULTS, study.name).is_dir()]
     # Verdicts and page may be of another selection of studies.
     lines, wrong = MADE.verify(
-        CHECKED,
-        [path for study in begun for path in everything_of(study)],
-        lambda path: Path(path).parent == Path(RESULTS) and not COMPLETE,
+        CHECKED, expected(), lambda path: Path(path).parent == Path(RESULTS) and not COMPLETE
     )
     print(*lines, sep="\n")
     return wrong

@@ -77,8 +77,18 @@ class JobSettings(dict[str, Callable[[], Any]]):
                     wrong.append(f"{path}{beside}: damaged, or of an earlier version")
                 case _:
                     wrong.append(f"{path}: out of date, made with other settings or code")
-        wrong += [f"{path}: missing" for path in set(expected) if not os.path.exists(path)]
-        return [*sorted(wrong), f"{sound} files are sound, {len(wrong)} are not."], bool(wrong)
+        missing: dict[str, int] = {}
+        for path in {path for path in expected if not os.path.exists(path)}:
+            gone = [str(folder) for folder in Path(path).parents if not folder.exists()]
+            place = gone[-1] if gone else path
+            missing[place] = missing.get(place, 0) + 1
+        lines = [
+            *wrong,
+            *(f"{place}, {n} files: missing" for place, n in missing.items() if n > 1),
+            *(f"{place}: missing" for place, n in missing.items() if n == 1),
+        ]
+        bad = len(wrong) + sum(missing.values())
+        return [*sorted(lines), f"{sound} files are sound, {bad} are not."], bool(bad)
 
 
 def redate(folder: str, now: float) -> str:
