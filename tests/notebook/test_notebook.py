@@ -11,6 +11,7 @@ import damper
 import damper.notebook
 from damper.analysis.closed_forms import damper_at, reduced_gap
 from damper.sweep.cube import write_cube
+from damper.sweep.record import recorded
 
 P = damper.Parameters(0.1, 0.05, 0.2, 0.25, 0.6)
 SI = damper.SIParameters(
@@ -216,6 +217,26 @@ def test_a_point_is_at_most_half_a_step_away(
 def test_what_is_no_cube_is_refused(cube: xr.Dataset) -> None:
     with pytest.raises(ValueError, match="does not say how its points were run: make it by"):
         cube.drop_attrs().damper.run(restitution=0.3)
+
+
+SAID = ["observers", "primary_starts", "transient_periods", "recorded_periods", "accuracy"]
+SAID += ["max_events", "forcing", "followed", "masses"]
+
+
+@pytest.mark.parametrize("name", SAID)
+def test_an_attribute_that_a_cube_has_lost_is_named(cube: xr.Dataset, name: str) -> None:
+    others = {key: value for key, value in cube.attrs.items() if key != name}
+    # An empty start is that of runs from a given state.
+    damages = [
+        {name: value} for value in ([1.0], "nonsense", "" if name != "primary_starts" else 3)
+    ]
+    for damage in [*damages, *([{}] if name in cube.attrs else [])]:
+        damaged = cube.drop_attrs().assign_attrs(others | damage)
+        words = "does not say how its points were run: make it by .* "
+        with pytest.raises(ValueError, match=rf"{words}\(its attribute '{name}' is"):
+            recorded(damaged)
+    with pytest.raises(ValueError, match="its attribute 'forcing' is"):
+        recorded(cube.assign_attrs(forcing='{"kind": "forse"}'))
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
@@ -19,6 +18,7 @@ from damper.parameters.units import units_of
 from damper.study.messages import Mistakes
 from damper.study.products import At, Caption, Each, FigureSettings, Role, StudyContents
 from damper.study.yaml_file import display
+from damper.sweep.record import force_settings
 
 _DRIVE, _ALONE = "trajectory_drive", "trajectory_alone"
 #: Height of the panel of what drives, in inches.
@@ -162,7 +162,7 @@ def units_in_a_cycle(run: xr.Dataset) -> float:
 
 def _of(run: xr.Dataset) -> str:
     """What a record or noise is; nothing under another force."""
-    return str(json.loads(run.attrs.get("forcing", "{}")).get("of", ""))
+    return str(force_settings(run).get("of", ""))
 
 
 def time_label(place: xr.Dataset) -> str:

@@ -18,7 +18,7 @@ from damper.parameters.named import damper_of
 from damper.parameters.names import unknown_name
 from damper.parameters.quantities import ALL, check_quantity, quantities_in
 from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
-from damper.sweep.record import followed, force_of, masses_of, observers_of, settings_of
+from damper.sweep.record import followed, force_of, masses_of, primary_of, settings_of
 from damper.sweep.runs import last_of_chain
 
 if TYPE_CHECKING:
@@ -104,10 +104,7 @@ class CubeAccessor:
         self, point: Mapping[str, Any]
     ) -> tuple[Parameters | SIParameters, State | None, Trajectory, Window]:
         """Parameters of a point of the grid, where its run starts, that run, and its record."""
-        about = self._cube.attrs
-        observers_of(self._cube)  # refuses what is no cube
-        if not about["primary_starts"]:
-            raise ValueError("the runs of this cube start from a state of their own: damper.run")
+        primary = primary_of(self._cube)
         place = self._cube.sel(self._place(point))
         values: dict[str, Any] = fixed_values(place) | force_of(place)
         values |= {name: [{}] * count for name, count in masses_of(place).items()}
@@ -117,9 +114,7 @@ class CubeAccessor:
             up, here = place.direction.item() == "up", values[name]
             before = sorted(v for v in along if (v < here if up else v > here))
             chain = [values | {name: v} for v in (*(before if up else before[::-1]), here)]
-        return damper_of(values), *last_of_chain(
-            chain, about["primary_starts"], **settings_of(self._cube)
-        )
+        return damper_of(values), *last_of_chain(chain, primary, **settings_of(self._cube))
 
     def _place(self, point: Mapping[str, Any]) -> dict[str, Any]:
         """Values of the grid that a point means, along all axes and branches."""

@@ -1,10 +1,11 @@
 """How the points of a cube were run: written into its attributes, and read from there."""
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
-from damper.parameters.forcing import EACH_DRAW, HARMONIC, Forcing, forcing_of
+from damper.parameters.forcing import EACH_DRAW, FORCINGS, HARMONIC, Forcing, forcing_of
 from damper.parameters.setting import END
 from damper.parameters.units import units_of
 
@@ -54,11 +55,7 @@ def observers_of(cube: Any) -> dict[str, dict[str, Any]]:
     ValueError
         When the cube does not say so.
     """
-    if "observers" not in cube.attrs:
-        raise ValueError(
-            "the cube does not say how its points were run: make it by damper.simulate or a study"
-        )
-    return dict(json.loads(cube.attrs["observers"]))
+    return _said(cube, "observers", _settings)  # type: ignore[no-any-return]
 
 
 def force_of(cube: Any) -> dict[str, Forcing]:
@@ -69,9 +66,9 @@ def force_of(cube: Any) -> dict[str, Forcing]:
     ValueError
         Where it is a record, whose samples the cube has not, or a noise of each draw.
     """
-    if "forcing" not in cube.attrs:
+    settings = force_settings(cube)
+    if not settings:
         return {}
-    settings = json.loads(cube.attrs["forcing"])
     if settings.get("seed") == EACH_DRAW:
         if "noise_seed" not in cube.coords or cube.noise_seed.ndim:
             raise ValueError("each draw of the cube has a noise of its own: choose a draw")
@@ -79,9 +76,24 @@ def force_of(cube: Any) -> dict[str, Forcing]:
     return {"forcing": forcing_of(settings)}
 
 
+def force_settings(cube: Any) -> dict[str, Any]:
+    """Return kind and settings of a cube's force, empty for the default; ValueError if damaged."""
+    return _said(cube, "forcing", _force) if "forcing" in cube.attrs else {}
+
+
 def masses_of(cube: Any) -> dict[str, int]:
     """Return how many masses a cube's dampers list, as an argument; none where they list none."""
-    return {"masses": int(cube.attrs["masses"])} if "masses" in cube.attrs else {}
+    return {"masses": _said(cube, "masses", int)} if "masses" in cube.attrs else {}
+
+
+def primary_of(cube: Any) -> str:
+    """Where the primary of a cube's runs starts; ValueError for runs from a given state."""
+    primary = _said(cube, "primary_starts", _start)
+    if not primary:
+        raise ValueError(
+            "runs from a given state: more points of this cube cannot be run, except by damper.run"
+        )
+    return primary
 
 
 def followed(cube: Any) -> dict[str, list[float]]:
@@ -96,7 +108,7 @@ def followed(cube: Any) -> dict[str, list[float]]:
         raise ValueError(
             "the cube has a dimension 'direction' and does not say what was followed: make it again"
         )
-    return dict(json.loads(cube.attrs.get("followed", "{}")))
+    return _said(cube, "followed", _mapping) if "followed" in cube.attrs else {}
 
 
 def recorded(cube: Any, *observers: str) -> dict[str, Any]:
@@ -115,7 +127,7 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
         When the cube does not say how it was made, or was made without one of these observers, or
         its runs depend on more than their point: on a given state, a neighbour or a draw.
     """
-    about, settings = cube.attrs, observers_of(cube)
+    settings = observers_of(cube)
     # A cube of one direction has no such dimension but has neighbours.
     depend = {"direction": followed(cube), "draw": "draw" in cube.dims}
     for dim, several in depend.items():
@@ -124,14 +136,13 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
                 f"the cube has a dimension {dim!r}: more of its points can only be run where "
                 "there is one run at each, from rest or from the steady response"
             )
-    if not about["primary_starts"]:
-        raise ValueError("runs from a given state: more points of this cube cannot be run")
+    primary = primary_of(cube)
     for name in observers:
         if name not in settings:
             raise ValueError(f"the cube was made without the observer {name!r}, which is needed")
     return {
         "observers": {name: settings[name] for name in observers or settings},
-        "primary": about["primary_starts"],
+        "primary": primary,
         **force_of(cube),
         **masses_of(cube),
         **settings_of(cube),
@@ -142,22 +153,54 @@ def settings_of(cube: Any) -> dict[str, Any]:
     """Return the settings of every run of a cube, as `damper.simulate` takes them."""
     from damper.parameters.run import DEFAULTS
 
-    settings = {}
-    for name, default in DEFAULTS.items():
-        value = cube.attrs[_ATTRIBUTES.get(name, name)]
-        if isinstance(value, str):
-            time = value.removeprefix("time ")
-            settings[name] = {"time": time if time == END else float(time)}
-        else:
-            settings[name] = type(default)(value)
-    return settings
+    def setting(value: Any, default: Any) -> Any:
+        if not isinstance(value, str):
+            return type(default)(value)
+        time = value.removeprefix("time ")
+        return {"time": time if time == END else float(time)}
+
+    return {
+        name: _said(cube, _ATTRIBUTES.get(name, name), partial(setting, default=default))
+        for name, default in DEFAULTS.items()
+    }
+
+
+def _said(cube: Any, name: str, read: Callable[[Any], Any]) -> Any:
+    """Return what `read` makes of an attribute; ValueError where it is missing or damaged."""
+    try:
+        return read(cube.attrs[name])
+    except (KeyError, TypeError, ValueError):
+        wrong = f"{cube.attrs[name]!r:.60}" if name in cube.attrs else "missing"
+        raise ValueError(
+            "the cube does not say how its points were run: make it by damper.simulate or a study "
+            f"(its attribute {name!r} is {wrong})"
+        ) from None
+
+
+def _mapping(text: str) -> dict[str, Any]:
+    return dict(json.loads(text))
+
+
+def _start(text: str) -> str:
+    if text not in ("", "rest", "steady"):
+        raise ValueError
+    return text
+
+
+def _settings(text: str) -> dict[str, dict[str, Any]]:
+    return {name: dict(given) for name, given in _mapping(text).items()}
+
+
+def _force(text: str) -> dict[str, Any]:
+    settings = _mapping(text)
+    return settings | {"kind": FORCINGS[settings["kind"]].kind}
 
 
 def length_text(cube: Any) -> str:
     """Return how long the record of a cube's runs is, in words; nothing where it does not say."""
     length = str(cube.attrs.get(_ATTRIBUTES["periods"], ""))
     if length == f"time {END}":
-        return f"all until the {json.loads(cube.attrs['forcing'])['kind']} ends"
+        return f"all until the {force_settings(cube)['kind']} ends"
     if length.startswith("time "):
         time = units_of(cube.trajectory_time.attrs)
         return f"{float(length.removeprefix('time ')):g} {time}"

@@ -6,7 +6,6 @@ the two files of every table.
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,6 +19,7 @@ from damper.parameters.forcing import force_text
 from damper.parameters.lazy import pd, xr
 from damper.parameters.units import units_of
 from damper.study.kinds import TABLES
+from damper.sweep.record import force_settings
 
 if TYPE_CHECKING:
     Body = Sequence[str | pd.DataFrame]
@@ -140,8 +140,8 @@ def make(kind: str, results: Mapping[str, Any], **settings: Any) -> Table:
 
 def _fixed(cube: xr.Dataset) -> Iterator[str]:
     values = [f"{label_of(name)} {value:g}" for name, value in fixed_values(cube).items()]
-    if "forcing" in cube.attrs:
-        values.append(f"forcing {force_text(json.loads(cube.attrs['forcing']))}")
+    if force := force_settings(cube):
+        values.append(f"forcing {force_text(force)}")
     if values:
         yield f"Fixed: {', '.join(values)}."
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -18,6 +17,7 @@ from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.names import unknown_name
 from damper.parameters.quantities import INITIAL_NAMES, quantities_in
 from damper.parameters.units import units_of
+from damper.sweep.record import force_settings
 
 #: Letters that fit in an inch of heading, of label, and of legend.
 _HEADING, _LABEL, _LEGEND = 15.0, 19.0, 21.0
@@ -114,7 +114,7 @@ def head(
 ) -> None:
     """Write the heading: caption or title, then every value that is the same throughout."""
     coords = place.coords
-    force = json.loads(place.attrs.get("forcing", "{}"))
+    force = force_settings(place)
     # The clock of what is given by its times says nothing.
     hidden = ("phase", "frequency_ratio", "forcing_frequency") if "of" in force else ()
     # The number of a draw is where it starts.
