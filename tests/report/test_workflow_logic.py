@@ -3,6 +3,7 @@
 import os
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -65,7 +66,7 @@ def test_damaged_stale_and_missing_results_are_named(made):
 def test_results_that_are_gone_are_counted_by_their_folder(made):
     deleted = ["b/cube.nc", "b/figures/x.svg", "b/figures/y.svg", "a/later/z.svg"]
     assert verified(made, *made, *deleted) == (
-        ["a/later: missing", "b, 3 files: missing", "3 files are sound, 4 are not."],
+        ["a/later/z.svg: missing", "b, 3 files: missing", "3 files are sound, 4 are not."],
         True,
     )
     assert verified(JobSettings(), "c/cube.nc")[1]
@@ -96,15 +97,30 @@ LOG = "log: {} (check log file(s) for error details)\n"
 
 def test_logs_of_failed_jobs(folder):
     write("full.log"), write("empty.log", "")
+    # As after scancel: no more than how far the job was.
+    write("killed.log", "1 of 40 points\n12 of 40 points, 3.4 a second, 8.2 s left\n")
+    write("wrong.log", "1 of 40 points\nKeyError: 1\n")
+    logs = [LOG.format(f"{name}.log") for name in ["full", "full", "empty", "none", "killed", "wrong"]]
     end = "The same command makes what is missing, and again what was cut short."
-    assert failed_lines(LOG.format("full.log") * 2 + LOG.format("empty.log")) == [
+    assert failed_lines("".join(logs)) == [
         "Some jobs failed; the reason of each is in its log:",
-        "  full.log",
-        "Jobs that were killed or did not begin; above it says how they ended:",
-        "  empty.log",
+        *("  full.log", "  wrong.log"),
+        "Jobs that were killed, or could not write; above it says how they ended:",
+        *("  empty.log", "  none.log", "  killed.log"),
         end,
     ]
     assert failed_lines("Terminating processes") == ["The run was stopped before its end.", end]
+
+
+def test_a_full_disk_is_named(folder, monkeypatch):
+    """Once, although two folders lie on it."""
+    usage = SimpleNamespace(free=4096)
+    monkeypatch.setattr("shutil.disk_usage", lambda path: usage)
+    said = failed_lines(LOG.format("none.log"), [Path("nowhere"), folder.parent, folder])
+    assert said[2] == f"The disk that holds {folder} is full: 4 kB are free"
+    assert len(said) == 4
+    usage.free = 10**9
+    assert len(failed_lines(LOG.format("none.log"), [folder])) == 3
 
 
 def test_costs_are_summed_by_stage(folder):

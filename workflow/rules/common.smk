@@ -5,6 +5,7 @@ import math
 import os
 import re
 import sys
+import tempfile
 import time
 from functools import partial
 from pathlib import Path
@@ -171,7 +172,8 @@ def of_papers(priority):
 def report_failed(own_logs):
     """List the logs of failed jobs, and say what to do next."""
     text = "".join(Path(path).read_text(encoding="utf-8") for path in own_logs)
-    print(*failed_lines(text), sep="\n", file=sys.stderr)
+    folders = map(Path, (tempfile.gettempdir(), ".", RESULTS))
+    print(*failed_lines(text, folders), sep="\n", file=sys.stderr)
 
 
 def report_cache():

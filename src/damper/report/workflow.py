@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import suppress
@@ -15,6 +16,8 @@ from damper.study.study_file import SUFFIXES
 
 #: Sorts of jobs that belong to no study.
 _OF_NO_STUDY = ("compile", "claims", "report")
+#: Free bytes of a disk below which jobs cannot write.
+_FULL_DISK = 2_000_000
 
 
 class JobSettings(dict[str, Callable[[], Any]]):
@@ -77,17 +80,15 @@ class JobSettings(dict[str, Callable[[], Any]]):
                     wrong.append(f"{path}{beside}: damaged, or of an earlier version")
                 case _:
                     wrong.append(f"{path}: out of date, made with other settings or code")
-        missing: dict[str, int] = {}
+        missing: dict[str, list[str]] = {}
         for path in {path for path in expected if not os.path.exists(path)}:
             gone = [str(folder) for folder in Path(path).parents if not folder.exists()]
-            place = gone[-1] if gone else path
-            missing[place] = missing.get(place, 0) + 1
-        lines = [
-            *wrong,
-            *(f"{place}, {n} files: missing" for place, n in missing.items() if n > 1),
-            *(f"{place}: missing" for place, n in missing.items() if n == 1),
+            missing.setdefault(gone[-1] if gone else path, []).append(path)
+        lines = wrong + [
+            f"{f'{place}, {len(paths)} files' if paths[1:] else paths[0]}: missing"
+            for place, paths in missing.items()
         ]
-        bad = len(wrong) + sum(missing.values())
+        bad = len(wrong) + sum(map(len, missing.values()))
         return [*sorted(lines), f"{sound} files are sound, {bad} are not."], bool(bad)
 
 
@@ -109,21 +110,34 @@ def redate(folder: str, now: float) -> str:
     return f"{text}: now they have the present date"
 
 
-def failed_lines(text: str) -> list[str]:
-    """Return the logs of failed jobs that Snakemake's own log names, and the next step."""
+def failed_lines(text: str, folders: Iterable[Path] = ()) -> list[str]:
+    """Return the logs of failed jobs, full disks, and the next step.
+
+    `text` is Snakemake's own log, which names those of failed jobs; jobs write to `folders`.
+    """
     logs: dict[bool, dict[str, None]] = {True: {}, False: {}}
     for path in map(Path, re.findall(r"log: (.+) \(check log file", text)):
-        logs[path.is_file() and path.stat().st_size > 0][f"  {path}"] = None
+        logs[_gives_reason(path)][f"  {path}"] = None
     lines = []
     if logs[True]:
         lines += ["Some jobs failed; the reason of each is in its log:", *logs[True]]
     if logs[False]:
-        head = "Jobs that were killed or did not begin; above it says how they ended:"
+        head = "Jobs that were killed, or could not write; above it says how they ended:"
         lines += [head, *logs[False]]
-    return [
-        *(lines or ["The run was stopped before its end."]),
-        "The same command makes what is missing, and again what was cut short.",
-    ]
+        if Path(".snakemake/slurm_logs").is_dir():
+            lines += ["Logs of Slurm, which say what it has cancelled: .snakemake/slurm_logs"]
+    lines = lines or ["The run was stopped before its end."]
+    for folder in {folder.stat().st_dev: folder for folder in folders if folder.is_dir()}.values():
+        free = shutil.disk_usage(folder).free
+        if free < _FULL_DISK:
+            lines += [f"The disk that holds {folder} is full: {free // 1000} kB are free"]
+    return [*lines, "The same command makes what is missing, and again what was cut short."]
+
+
+def _gives_reason(log: Path) -> bool:
+    """Whether a log ends with more than how far the job is."""
+    text = log.read_text(encoding="utf-8", errors="replace").rstrip() if log.is_file() else ""
+    return not re.fullmatch(r"|\d+ of \d+ points.*", text.rpartition("\n")[2])
 
 
 def cost_by_stage(folder: Path, since: float) -> str:
