@@ -92,6 +92,7 @@ def test_files_of_the_future_get_the_present_date(folder):
     assert redate("results", now) == ""
 
 
+NAMES = ("full", "full", "empty", "none", "killed", "wrong")
 LOG = "log: {} (check log file(s) for error details)\n"
 
 
@@ -100,7 +101,7 @@ def test_logs_of_failed_jobs(folder):
     # As after scancel: no more than how far the job was.
     write("killed.log", "1 of 40 points\n12 of 40 points, 3.4 a second, 8.2 s left\n")
     write("wrong.log", "1 of 40 points\nKeyError: 1\n")
-    logs = [LOG.format(f"{name}.log") for name in ["full", "full", "empty", "none", "killed", "wrong"]]
+    logs = [LOG.format(f"{name}.log") for name in NAMES]
     end = "The same command makes what is missing, and again what was cut short."
     assert failed_lines("".join(logs)) == [
         "Some jobs failed; the reason of each is in its log:",
