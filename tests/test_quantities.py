@@ -329,7 +329,7 @@ def test_studies_refuse_by_name_what_formulas_do_not_list(tmp_path: Path) -> Non
 def test_scenes_refuse_by_name_what_other_solvers_do_not_list() -> None:
     mistakes = Mistakes()
     comparison.SceneSettings.check_together(SceneStub(QUIET | {"phase": 0.4}), mistakes)
-    assert "phase = 0.4: another solver knows" in str(mistakes.lines)
+    assert "phase = 0.4: the comparison holds for" in str(mistakes.lines)
 
 
 class SceneStub(NamedTuple):

@@ -94,7 +94,7 @@ def test_power_is_that_of_the_linear_primary_in_the_band() -> None:
     [
         ({"forcing": "harmonic"}, "laws are those of a damper.Noise"),
         ({"forcing": damper.Noise(0, 0.1, 160.0, (2.0, 6.0))}, "in whose band"),
-        ({"gravity": 0.1}, "gravity = 0.1: the closed form knows"),
+        ({"gravity": 0.1}, "gravity = 0.1: the closed form holds for"),
         ({"damping_ratio": 0.0}, "nothing takes the power"),
         ({"contact_stiffness_ratio": 1e3}, "compliant"),
     ],

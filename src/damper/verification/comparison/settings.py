@@ -62,7 +62,7 @@ class SceneSettings(Strict):
                 message = "the other solvers have rigid walls and a constant restitution"
                 mistakes.add(("parameters",), message, "a scene of the rigid damper")
             else:
-                need_known(damper, BASIC, "another solver")
+                need_known(damper, BASIC, "the comparison")
         except ValueError as error:
             mistakes.add(("parameters",), str(error))
 
