@@ -10,6 +10,8 @@ import xarray as xr
 import damper
 import damper.notebook
 from damper.analysis.closed_forms import damper_at, reduced_gap
+from damper.engine.compiled import plain
+from damper.models import start_run
 from damper.sweep.cube import write_cube
 from damper.sweep.record import recorded
 
@@ -47,7 +49,9 @@ def test_motion_meets_the_walls_at_the_events(parameters) -> None:
     assert np.array_equal(run.events, found)
     motion, cube = run.motion, run.cube
     steps = np.diff(motion.time.values)
-    np.testing.assert_allclose(steps, parameters.cycle / 200, rtol=1e-9)
+    # As few as there can be of at most the 200th part of a cycle, up to the very end.
+    count = np.ceil(200 * until / parameters.cycle)
+    np.testing.assert_allclose(steps, until / count, rtol=1e-9)
     d = parameters.clearance if parameters is P else parameters.gap / 2.0
     relative = motion.free_displacement - motion.displacement
     assert 0.9 * d < abs(relative).max() <= d * (1.0 + 1e-12)
@@ -71,13 +75,32 @@ def test_a_run_begins_at_the_time_of_its_state() -> None:
     run = damper.run(P, 60.0, later)
     assert np.array_equal(run.events, damper.events(P, later, until=run.motion.time.values[-1]))
     assert run.motion.time.values[0] == 3.0
-    assert 60.0 - P.cycle / 200 < run.motion.time.values[-1] <= 60.0
+    assert run.motion.time.values[-1] == pytest.approx(60.0, rel=1e-15)
+
+
+@pytest.mark.parametrize("until", [10.0, 31.5, 100.0 / 3.0])
+@plain
+def test_a_motion_ends_where_it_is_asked_to(until: float) -> None:
+    """In equal steps; the state there is that of a run to this time."""
+    run = damper.run(P, until)
+    times = run.motion.time.values
+    assert times[-1] == pytest.approx(until, rel=1e-15)
+    steps = np.diff(times)
+    assert steps == pytest.approx(steps[0], rel=1e-9)
+    assert until / (until / P.cycle * 200 + 1) < steps[0] <= P.cycle / 200 * (1 + 1e-9)
+    trajectory = start_run(P)
+    end = trajectory.whole_periods(until)
+    trajectory.skip(*end)
+    state, last = trajectory.state_at(*end), run.motion.isel(time=-1)
+    found = [float(last[name]) for name in ("displacement", "velocity", "free_displacement")]
+    assert found == pytest.approx([state.x, state.v, state.y], abs=1e-14)
 
 
 @pytest.mark.parametrize(
     ("given", "message"),
     [
         ({"until": -1.0}, "until = -1.0: must be a time >= 0.157"),
+        ({"until": None}, "until is missing: give the time at which the run ends"),
         ({"until": 0.1}, "until = 0.1: must be a time >= 0.157"),
         ({"until": 1e300}, r"until = 1e\+300: ends after 3.18e\+298 cycles; at most"),
         ({"samples_per_period": 0}, "samples_per_period = 0: must be a whole number >= 1"),

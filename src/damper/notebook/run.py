@@ -133,7 +133,7 @@ def _png(figure: Figure) -> bytes:
 
 def run(
     parameters: Parameters | SIParameters | None = None,
-    until: float = math.nan,
+    until: float | None = None,
     state: State | None = None,
     *,
     samples_per_period: int = 200,
@@ -145,11 +145,11 @@ def run(
     ----------
     parameters : Parameters or SIParameters, optional
     until : float
-        Time to which it runs, in sqrt(M/K) or s; the last step of the motion is the one before it.
+        Time to which it runs, in sqrt(M/K) or s.
     state : State, optional
         Where it starts; at rest, with the free mass in the middle, when not given.
     samples_per_period : int, default 200
-        Steps of the motion in a cycle. They move no event.
+        Steps of the motion in a cycle, at least: the last one ends at `until`. They move no event.
     **values
         As `damper.events` takes them.
 
@@ -170,8 +170,10 @@ def run(
     >>> damper.run(p, until=100.0)
     <Run of Parameters(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.2, clearance=0.25, \
 restitution=0.6)
-     from time 0 to 99.9026: 40 impacts, 1 start of sticking>
+     from time 0 to 100: 40 impacts, 1 start of sticking>
     """
+    if until is None:
+        raise TypeError("until is missing: give the time at which the run ends")
     parameters, state = one_run(parameters, state, values)
     start = state.time if state else 0.0
     samples_per_period = whole("samples_per_period", samples_per_period, 1)
@@ -183,13 +185,12 @@ restitution=0.6)
         raise ValueError(
             f"until = {until!r}: ends after {length:.3g} cycles; at most {MOST_PERIODS}"
         )
-    steps = math.floor(length * samples_per_period)
     return recorded(
         parameters,
         state=state,
         transient=0,
         periods=math.ceil(length),
-        trajectory={"samples_per_period": samples_per_period, "length": steps / samples_per_period},
+        trajectory={"samples_per_period": samples_per_period, "length": length, "to_end": True},
     )
 
 

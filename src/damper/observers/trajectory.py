@@ -66,6 +66,9 @@ class SampledTrajectory(Observer):
         "cycles",
         gt=0,
     )
+    to_end = Setting(
+        False, "Whether to take shorter steps instead of rounding `length`, to end at its very end."
+    )
     drive = Setting(
         False,
         "Write what drives the primary as well: the force over its mass. In the frame of a base "
@@ -156,7 +159,7 @@ class SampledTrajectory(Observer):
         if self.bodies:
             need_bodies(trajectory.model, self.name, self.bodies)
         super().begin(run, trajectory, window)
-        rate = self.samples_per_period
+        rate = self._rate
         # Whole steps to the start keep the instants those of sections at simple fractions.
         first = round(self.start * rate)
         rest = self.start - first / rate
@@ -210,9 +213,18 @@ class SampledTrajectory(Observer):
             _write(run.model, log, stretch, rows, masses, counts)
         return rows["displacement"]
 
+    @property
+    def _rate(self) -> float:
+        """Sample steps in a cycle."""
+        length = self.length if self.to_end else None
+        steps = self.samples_per_period * (length or 0.0)
+        if not length or abs(steps - round(steps)) < SLACK:
+            return self.samples_per_period
+        return math.ceil(steps) / length
+
     def _steps(self, window_length: float) -> int:
         """Sample steps of the stretch, once it is known to lie in the record."""
-        return sample_steps(self.samples_per_period, self.start, self.length, window_length)
+        return sample_steps(self._rate, self.start, self.length, window_length)
 
 
 class Stretch(NamedTuple):

@@ -6,7 +6,7 @@ import math
 SLACK = 1e-9
 
 
-def sample_steps(rate: int, start: float, length: float | None, periods: float) -> int:
+def sample_steps(rate: float, start: float, length: float | None, periods: float) -> int:
     """Whole sample steps of a stretch, once it is known to lie in the record; ValueError if not.
 
     `start`, `length` and the record's `periods` are in cycles, without a length to the
