@@ -42,6 +42,11 @@ HOME = {
     "run": "damper.notebook.run",
     "simulate": "damper.study.simulation",
     "smallest_shock": "damper.sweep.orbits.shock",
+    "EventKind": "damper.engine.segment",
+    **dict.fromkeys(
+        ("IMPACT", "STICK", "RELEASE", "STOPPED", "REST", "SLIP", "REVERSAL"),
+        "damper.sweep.events",
+    ),
 }
 
 __all__ = sorted([*HOME, "__version__"])

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import damper
+from damper.engine import segment
 from damper.sweep.events import EVENT
 
 IMPACT, STICK, RELEASE, STOPPED = range(4)
@@ -174,8 +175,21 @@ def test_misspelt_names_get_the_nearest() -> None:
         damper.events(damper.Parameters(*CHATTER), until=10.0)["speed"]
 
 
+def test_kinds_of_events_have_names() -> None:
+    """Of the numbers that the table, the log and the words of a shown table have."""
+    found = events(CHATTER, until=60.0)
+    words = [line.split()[1] for line in repr(found[:12]).splitlines()[2:]]
+    assert words == [damper.EventKind(kind).name.lower() for kind in found["kind"][:12]]
+    assert set(found["kind"]) == {damper.IMPACT, damper.STICK, damper.RELEASE}
+    for kind in damper.EventKind:
+        assert getattr(damper, kind.name) is kind
+        assert getattr(segment, kind.name) == kind
+        assert type(getattr(segment, kind.name)) is float
+
+
 def test_events_are_shown_as_a_table_and_are_plain_in_all_else() -> None:
     found = events(CHATTER, until=60.0)
+    assert str(found) == repr(found)
     head, fields, *rows = repr(found).splitlines()
     assert head == f"<{len(found)} events>"
     assert set(fields.split()) < set(EVENT.names or ())

@@ -5,6 +5,7 @@ roundoff. The event loop writes rows, observers read them as `Segment` by field 
 """
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -55,10 +56,27 @@ FLIGHT, TAIL, STICKING = 0.0, 1.0, 2.0
 CONTACT = 3.0
 #: Dry friction holds the free mass at rest in the box, off the walls.
 RESTING = 4.0
-#: What began a segment; the codes of `damper.events`. NOTHING: a start, or a long flight cut.
-NOTHING, IMPACT, STICK, RELEASE, STOPPED = -1.0, 0.0, 1.0, 2.0, 3.0
-#: Under dry friction, off the walls: a rest begins or ends, or sliding turns round.
-REST, SLIP, REVERSAL = 4.0, 5.0, 6.0
+
+
+class EventKind(IntEnum):
+    """Kinds of events: numbers in `damper.events`, and causes of segments.
+
+    Under dry friction, off the walls, a rest begins or ends, or sliding turns round.
+    """
+
+    IMPACT = 0
+    STICK = 1
+    RELEASE = 2
+    STOPPED = 3
+    REST = 4
+    SLIP = 5
+    REVERSAL = 6
+
+
+#: The same as floats: the log has what began a segment as one.
+IMPACT, STICK, RELEASE, STOPPED, REST, SLIP, REVERSAL = map(float, EventKind)
+#: Cause of a segment at a start, or where a long flight is cut.
+NOTHING = -1.0
 #: The end of a compliant contact that has not lasted; `damper.events` does not list it.
 SEPARATION = -2.0
 

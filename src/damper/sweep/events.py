@@ -32,7 +32,8 @@ EVENT = np.dtype(
 #: Of a damper with several free masses: number of the one that it happens to, from 0.
 EVENT_OF_SEVERAL = np.dtype([*EVENT.descr, ("body", "i1")])
 #: Names of the kinds, in the order of their numbers.
-KINDS = ("impact", "stick", "release", "stopped", "rest", "slip", "reversal")
+KINDS = tuple(kind.name.lower() for kind in segment.EventKind)
+IMPACT, STICK, RELEASE, STOPPED, REST, SLIP, REVERSAL = segment.EventKind
 #: Most events that are shown whole; of more, the first and last few.
 _SHOWN, _FEW = 12, 5
 #: Field -> the unit that it is in.
@@ -72,6 +73,8 @@ class EventTable(np.ndarray):
         head += f" {'body':>5}" if several else ""
         return "\n".join([f"<{count} event{'' if count == 1 else 's'}>", head, *lines])
 
+    __str__ = __repr__
+
 
 def events(
     parameters: Parameters | SIParameters | None = None,
@@ -107,7 +110,8 @@ def events(
         One row per event in order: `time`; `kind` 0 impact, 1 stick, 2 release, 3 stopped (only
         if the run ended before `until`, and then the last row); with dry friction, off the walls,
         4 rest, where the free mass comes to rest in the box, 5 slip, where it breaks away, and 6
-        reversal, where it slides back at once; `side` -1 left wall, +1 right (0 where there is
+        reversal, where it slides back at once (`damper.IMPACT`, `damper.STICK`, ... are these
+        numbers); `side` -1 left wall, +1 right (0 where there is
         none); `approach_speed` just before an impact, else 0; `x` and `v`, the
         primary's displacement and velocity just after; `period` whole cycles P (of `cycle`) from
         time 0 and `time_in_period` with 0 <= `time_in_period` < P. These two stay sharp after
@@ -131,8 +135,8 @@ def events(
     >>> p = damper.Parameters(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.2,
     ...                       clearance=0.25, restitution=0.6)
     >>> first = damper.events(p, until=3.0)[0]
-    >>> print(first["kind"], first["side"], round(float(first["time"]), 9))
-    0 -1 2.158603189
+    >>> print(first["kind"] == damper.IMPACT, first["side"], round(float(first["time"]), 9))
+    True -1 2.158603189
     >>> damper.events(p, until=10.0)
     <2 events>
             time     kind  side  approach_speed            x            v
