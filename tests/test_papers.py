@@ -16,8 +16,6 @@ from damper.study.kinds import FIGURES, TABLES
 ROOT = Path(__file__).parents[1]
 #: Kinds of the studies that check the engine, which docs/reference.md lists.
 CHECKING = {
-    "cost",
-    "metamorphic",
     "solver_errors",
     "solver_speed",
     "solver_summary",

@@ -1,20 +1,14 @@
 """Closed forms beside simulation."""
 
-import math
-
 import numpy as np
 import pytest
 import xarray as xr
 
 import damper
-from damper.analysis import small_mass_border, two_impact_errors, two_impact_ranges
+from damper.analysis import two_impact_errors, two_impact_ranges
 from damper.analysis.closed_forms import damper_at, dense, reduced_gap
-from damper.sweep.runs import run_points
 from damper.tables import make
-from damper.theory.small_mass import critical_restitution
 from damper.theory.two_impacts import orbits
-
-RUN = {"transient": 5, "periods": 5, "primary": "steady"}
 
 
 @pytest.mark.parametrize("own", [{}, {"gravity": 0.1}], ids=["alike", "unlike"])
@@ -28,89 +22,6 @@ def test_listed_masses_are_not_taken_for_one(own: dict[str, float]) -> None:
     assert [one.gravity for one in p.each] == [0.0, own.get("gravity", 0.0)]
     with pytest.raises(ValueError, match=r"^the closed form is that of the rigid damper"):
         two_impact_ranges(cube.expand_dims("clearance"), "clearance")
-
-
-# --- small-mass limit
-
-
-@pytest.fixture(scope="module")
-def light() -> xr.Dataset:
-    return damper.simulate(
-        mass_ratio=1e-4,
-        damping_ratio=0.05,
-        frequency_ratio=[0.3, 1.2],
-        # Not in order, and the last one beyond G = pi below resonance.
-        clearance=[1.0, 0.2, 3.0],
-        restitution=np.linspace(0.0, 0.8, 9),
-        initial="steady",
-        transient=5,
-        periods=5,
-        observers=["bursts"],
-    )
-
-
-def test_borders_lie_at_the_limit(light: xr.Dataset) -> None:
-    found = small_mass_border(light)
-    places = list(zip(found["frequency_ratio"], found["clearance"], strict=True))
-    assert places == [(w, d) for w in (0.3, 1.2) for d in (0.2, 1.0, 3.0)]
-    assert found["single"].all()
-    for row in found.to_dict("records"):
-        omega, d = row["frequency_ratio"], row["clearance"]
-        amplitude = 1.0 / math.hypot(1.0 - omega**2, 0.1 * omega)
-        gap = 2.0 * d / amplitude
-        assert row["reduced_gap"] == pytest.approx(gap, rel=1e-12)
-        if gap > math.pi:
-            assert math.isnan(row["critical_restitution"])
-            continue
-        limit = float(critical_restitution(gap))
-        assert row["critical_restitution"] == pytest.approx(limit, abs=1e-12)
-        assert row["border"] == pytest.approx(limit, abs=4e-4)
-        assert row["difference"] == row["border"] - row["critical_restitution"]
-        # Bisected: all bursts complete just below the border and not just above it.
-        for side, all_complete in ((-1e-4, True), (1e-4, False)):
-            point = {
-                "mass_ratio": 1e-4, "damping_ratio": 0.05, "frequency_ratio": omega,
-                "clearance": d, "restitution": row["border"] + side,
-            }  # fmt: skip
-            arrays, _ = run_points([point], ["bursts"], **RUN)
-            assert (arrays["complete_fraction"][0] == 1.0) == all_complete
-
-
-def test_table_gives_the_largest_distance(light: xr.Dataset) -> None:
-    table = make("small_mass_limit", {"cube": light}, resolution=1e-2)
-    text = table.markdown()
-    largest = table.data["difference"].abs().max()
-    assert f"Largest distance between border and limit: {largest:.1e}." in text
-    assert "| 0.3 | 2 of 3 |" in text
-    assert "| 1.2 | 3 of 3 |" in text
-
-
-def test_borders_that_are_not_on_the_axis(light: xr.Dataset) -> None:
-    cube = light.isel(frequency_ratio=[0])
-    low = cube.sel(restitution=slice(0.0, 0.05))  # one value, complete, and above the limit at 3
-    table = make("small_mass_limit", {"cube": low}, resolution=1e-4)
-    assert table.data["border"].isna().all()
-    assert "Largest distance between border and limit: none." in table.markdown()
-    high = cube.sel(restitution=slice(0.65, 0.85))
-    assert small_mass_border(high)["border"].isna().all()
-
-
-def test_several_borders_are_told() -> None:
-    cube = damper.simulate(
-        mass_ratio=1e-4, damping_ratio=0.05, frequency_ratio=0.3, clearance=[0.2, 1.0],
-        restitution=[0.0, 0.1, 0.2, 0.3, 0.4], transient=0, periods=1, observers=["bursts"],
-    )  # fmt: skip
-    complete = np.array([[1, 1], [1, 0.5], [0.5, 0.5], [1, 0.5], [0, 0]], dtype=float)
-    cube["complete_fraction"] = (("restitution", "clearance"), complete)
-    found = small_mass_border(cube, resolution=0.2)
-    assert found["single"].tolist() == [False, True]
-    assert found["border"].to_numpy() == pytest.approx([0.15, 0.05])
-
-
-def test_a_border_is_unknown_where_a_run_stops_early(light: xr.Dataset) -> None:
-    cube = light.isel(frequency_ratio=[0]).sel(clearance=[0.2])
-    cube.attrs["max_events"] = 30
-    assert small_mass_border(cube)["border"].isna().all()
 
 
 # --- two impacts per period

@@ -144,12 +144,6 @@ def test_every_slip_has_a_message_of_ours(name: str) -> None:
         ),
         ("distance_to_rigid", {"variables": []}, r"variables = \[\]: must be a list of one"),
         (
-            "small_mass_border",
-            {"cube": CUBE.drop_vars("clearance")},
-            "the cube has lost 'clearance'",
-        ),
-        ("small_mass_border", {"cube": CUBE.isel(clearance=0)}, "unknown axis 'clearance'"),
-        (
             "chatter_intervals",
             {"cube": CUBE.where(CUBE.clearance > 0.05), "along": "restitution"},
             "chatter is not known: the run at .*'clearance': 0.05.* stopped early",

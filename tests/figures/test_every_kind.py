@@ -83,7 +83,6 @@ OTHERS = {
     "laws",
     "special_points",
     "schematic",
-    "profiles",
     "statistics",
 }
 

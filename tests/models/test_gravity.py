@@ -121,20 +121,6 @@ def test_sticking_follows_the_joined_masses() -> None:
     assert cube["energy_input"].item() == pytest.approx(cube["dashpot_loss"].item(), rel=1e-10)
 
 
-@pytest.mark.parametrize("model", MODELS)
-@plain
-def test_the_mirror_image_has_gravity_the_other_way(model: str) -> None:
-    values, (x, v, y, u) = pulled_scene(model, "harmonic", 10)
-    here = events(Parameters(**values), State(x, v, y, u), until=20.0)
-    values |= {"gravity": -values["gravity"], "phase": values["phase"] + math.pi}
-    there = events(Parameters(**values), State(-x, -v, -y, -u), until=20.0)
-    assert len(here) >= 15
-    assert np.array_equal(here["kind"], there["kind"])
-    assert np.array_equal(here["side"], -there["side"])
-    assert here["time"] == pytest.approx(there["time"], abs=1e-10)
-    assert here["x"] == pytest.approx(-there["x"], abs=1e-10)
-
-
 def test_under_gravity_no_motion_has_a_mirror_image() -> None:
     of = {"observers": ["motion"], "transient": 100, "periods": 10}
     for gravity in (0.0, 1e-3):

@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 CODE = """
 import numpy as np, xarray as xr
-from damper.papers.calibration.ranking import rank
+from damper.papers.tables.scores import scores_of
 from damper.papers.statements import STATEMENTS
 from damper.papers.verdicts import judge, table
 from damper.study.reference import files
@@ -23,7 +23,7 @@ found = [one for one in judge({"restitution": cube}) if one.statement.name == "B
 print(table(found).markdown())
 print(table(found).csv())
 print([one.name for one in STATEMENTS][-2:])
-print(rank(cube, ["B7"]).scores["B7"].values.tolist())
+print(scores_of(cube, ["B7"])["B7"].values.tolist())
 print("`B7`" in files()["docs/reference.md"])
 """
 

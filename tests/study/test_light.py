@@ -8,15 +8,10 @@ LIGHT = [
     "damper.verification.comparison.cube",
     "damper.verification.comparison.tables.solver_errors",
     "damper.verification.comparison.tables.solver_speed",
-    "damper.verification.metamorphic.cube",
     "damper.tables.laws",
-    "damper.verification.metamorphic.tables.metamorphic",
-    "damper.verification.cost.tables.cost",
     "damper.verification.comparison.figures.work_precision",
     "damper.verification.comparison.figures.solver_summary",
     "damper.figures.laws",
-    "damper.verification.metamorphic.figures.metamorphic",
-    "damper.verification.cost.figures.cost",
 ]
 HEAVY = ("numba", "mpmath", "damper.engine.trajectory", "scipy.integrate")
 CODE = f"""

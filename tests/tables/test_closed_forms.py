@@ -25,12 +25,12 @@ def test_good_ones(tmp_path: Path) -> None:
         "b": MAP | {"variable": "chatter", "x": "restitution", "y": "clearance"},
         "c": LINE | {"theory": "two_impacts"},
     }
-    tables = {"a": {"kind": "small_mass_limit"}, "b": {"kind": "two_impacts", "along": "clearance"}}
+    tables = {"a": {"kind": "two_impacts", "along": "clearance"}}
     study = load(tmp_path, GOOD | {"figures": figures, "tables": tables})
     drawn = {path: settings for path, (_, settings) in study.files("figures").items()}
     assert drawn["figures/a"]["theory"] == "small_mass_limit"
     assert drawn["figures/c"]["theory"] == "two_impacts"
-    assert study.tables["a"].resolution == 1e-4
+    assert study.tables["a"].resolution == 1e-3
 
 
 MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
@@ -64,28 +64,6 @@ MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
             }
         },
         ("needs trajectory among the observers",),
-    ),
-    "limit without bursts": (
-        {"observers": {"impacts": None}, "tables": {"a": {"kind": "small_mass_limit"}}},
-        ("needs bursts among the observers",),
-    ),
-    "limit of a followed study": (
-        {
-            "axes": {
-                "clearance": {"values": [1, 2], "follow": "up"},
-                "restitution": {"values": [0.3, 0.6]},
-            },
-            "tables": {"a": {"kind": "small_mass_limit"}},
-        },
-        ("borders are bisected by runs from one initial state", "without follow and without draws"),
-    ),
-    "limit without its axes": (
-        {
-            "parameters": GOOD["parameters"] | {"restitution": 0.5},
-            "axes": {"clearance": {"values": [1, 2]}},
-            "tables": {"a": {"kind": "small_mass_limit"}},
-        },
-        ("needs an axis of the restitution",),
     ),
     "motion without a section": (
         {
@@ -129,7 +107,6 @@ def test_refused(tmp_path: Path, name: str) -> None:
     [
         {"figures": {"a": MAP | {"variable": "chatter"}}},
         {"figures": {"a": LINE | {"theory": "two_impacts"}}},
-        {"tables": {"a": {"kind": "small_mass_limit"}}},
         {"tables": {"a": {"kind": "two_impacts", "along": "clearance"}}},
     ],
 )

@@ -32,34 +32,7 @@ COMPARISON = {
     },
     "tables": {"errors": {"kind": "solver_errors"}, "speed": {"kind": "solver_speed"}},
 }
-METAMORPHIC = {
-    "kind": "metamorphic",
-    "title": "T",
-    "source": "S",
-    "jobs": 2,
-    "sets": {
-        "box": {"count": 5, "seed": 1}
-        | {name: [value, 2 * value] for name, value in POINT.items()}
-        | {"restitution": {"range": [0, 1], "values": [0, 1], "share": 0.5}},
-        "other": {"count": 1, "seed": 1, "support_stiffness_ratio": [0, 1]}
-        | {name: [value, 2 * value] for name, value in POINT.items() if name != "restitution"}
-        | {"restitution": {"values": [0.5]}},
-    },
-    "figures": {"metamorphic": {"kind": "metamorphic"}},
-    "tables": {"metamorphic": {"kind": "metamorphic"}},
-}
-COST = {
-    "kind": "cost",
-    "title": "T",
-    "source": "S",
-    "cases": {
-        "bare": {"parameters": POINT},
-        "observed": {"parameters": POINT, "observers": {"impacts": None, "response": {}}},
-    },
-    "figures": {"suite": {"kind": "cost"}},
-    "tables": {"suite": {"kind": "cost"}},
-}
-GOOD = {"comparison": COMPARISON, "metamorphic": METAMORPHIC, "cost": COST}
+GOOD = {"comparison": COMPARISON}
 
 
 def write(folder: Path, data: object) -> Path:
@@ -119,25 +92,6 @@ MISTAKES = [
         "rigid walls and a constant restitution",
     ),
     ("comparison", ("figures", "all", "kind"), "map", "figures.all.kind", "work_precision"),
-    ("metamorphic", ("sets",), {}, "sets", "no runs are given"),
-    ("metamorphic", ("sets", "box", "gap"), [1, 2], "sets.box.gap", "dimensionless quantity"),
-    ("metamorphic", ("sets", "box"), {"count": 1, "seed": 1}, "sets.box", "no quantity is drawn"),
-    (
-        "metamorphic",
-        ("sets", "box"),
-        {"count": 1, "seed": 1, "phase": [0, 1]},
-        "sets.box.clearance",
-        "'clearance' is not given",
-    ),
-    ("cost", ("cases",), {}, "cases", "at least one case"),
-    ("cost", ("cases", "bare", "parameters", "gap"), 0.1, "cases.bare.parameters", "mixed"),
-    (
-        "cost",
-        ("cases", "observed", "observers"),
-        {"stroboscopic_section": None, "impact_section": None},
-        "cases.observed.observers",
-        "cannot both be asked for",
-    ),
 ]
 
 
@@ -156,8 +110,6 @@ def test_an_override_leaves_out_what_is_null_in_it(tmp_path):
     assert list(study.scenes) == ["burst"]
     assert study.solvers == {"exact": (1e-3,)}
     assert list(study.figures) == ["all", "summary"]
-    rest = load_study(write(tmp_path, METAMORPHIC), {"sets": {"other": None}})
-    assert list(rest.sets) == ["box"]
 
 
 def test_what_shows_times_lies_with_the_times(tmp_path):
@@ -173,18 +125,3 @@ def test_what_shows_times_lies_with_the_times(tmp_path):
         "good/tables/errors",
         "good/timed/tables/speed",
     ]
-
-
-def test_only_models_that_a_study_asks_for_are_compiled(tmp_path):
-    assert load_study(write(tmp_path, METAMORPHIC)).models == ("rigid", "grounded")
-    other = {"sets": {"other": None}}
-    assert load_study(write(tmp_path, METAMORPHIC), other).models == ("rigid",)
-
-
-def test_parts_of_metamorphic_tests_cover_their_runs(tmp_path):
-    study = load_study(write(tmp_path, METAMORPHIC))
-    parts = {name: job.settings for name, job in study.parts({}).items()}
-    ends = {name: (settings["first"], settings["end"]) for name, settings in parts.items()}
-    assert ends == {"box~0": (0, 2), "box~1": (2, 5), "other~1": (0, 1)}
-    assert parts["box~1"]["draws"]["mass_ratio"] == {"range": (0.1, 0.2), "spacing": "linear"}
-    assert study.gathered({})["cube.nc"].needs == tuple(parts)

@@ -1,4 +1,4 @@
-"""Taking turns: order, pairing and medians, on a clock that is made up."""
+"""Taking turns: order and pairing, on a clock that is made up."""
 
 import gc
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from damper.verification import timing
-from damper.verification.timing import PACKAGES, Spread, machine, spread, take_turns
+from damper.verification.timing import PACKAGES, machine, take_turns
 
 
 class Clock:
@@ -27,7 +27,7 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch):
     made = Clock()
-    monkeypatch.setattr(timing, "perf_counter", lambda: made.now)
+    monkeypatch.setattr(timing, "process_time", lambda: made.now)
     return made
 
 
@@ -45,7 +45,7 @@ def test_a_machine_that_slows_down_does_not_change_the_ratio(clock):
     cases = [clock.case("a", slower(1.0)), clock.case("b", slower(1.5))]
     seconds = take_turns(cases, 40)
     assert seconds[-1, 0] > 3.0 * seconds[0, 0]
-    assert spread(seconds[:, 1] / seconds[:, 0]).median == pytest.approx(1.5, rel=1e-3)
+    assert np.median(seconds[:, 1] / seconds[:, 0]) == pytest.approx(1.5, rel=1e-3)
 
 
 def test_slow_cases_are_repeated_less_and_short_ones_looped(clock):
@@ -61,11 +61,6 @@ def test_garbage_is_collected_again_afterwards_even_after_an_error():
     with pytest.raises(ZeroDivisionError):
         take_turns([lambda: 1 // 0], 1)
     assert gc.isenabled()
-
-
-def test_spread_is_median_and_quartiles_and_leaves_missing_values_out():
-    assert spread(np.array([9.0, 1.0, np.nan, 5.0, 3.0, 7.0])) == Spread(3.0, 5.0, 7.0)
-    assert str(Spread(1.0, 2.0, 3.0)) == "2.000 [1.000, 3.000]"
 
 
 def test_machine_is_named():

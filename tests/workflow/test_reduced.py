@@ -15,7 +15,7 @@ import damper
 from damper.observers.common.laws import LAW_NAMES, broken
 
 #: Studies that check the engine; what they make is their own.
-CHECKS = ("solvers", "metamorphic", "cost")
+CHECKS = ("solvers",)
 #: Studies of which the reduced workflow makes the cube, and no figure.
 UNDRAWN = (
     "restitution_below_resonance",
@@ -109,16 +109,14 @@ def test_solvers_are_compared(reduced):
         assert scenes == ["one_burst"]
         exact = errors.sel(solver="exact", level=2)
         assert (exact.state_error < 1e-10).all()
-        assert (exact.missed_impacts == 0).all()
-        outcome = errors.outcome.sel(scene="one_burst", solver="dop853_free", level=1)
+        outcome = errors.outcome.sel(scene="one_burst", solver="rk4_step_end", level=1)
         meanings = errors.outcome.flag_meanings.split()
-        assert meanings[list(errors.outcome.flag_values).index(int(outcome))] == "stalled"
+        assert meanings[list(errors.outcome.flag_values).index(int(outcome))] == "left_box"
     with xr.open_dataset(folder / "timed/timings.nc") as timings:
         assert timings.scene.values.tolist() == scenes
         assert timings.solver.values.tolist() == solvers
         assert (timings.run_time.sel(solver="exact", level=2) > 0.0).all()
         assert timings.attrs["processor"]
-    assert "stalled" in (folder / "tables/errors.md").read_text()
 
 
 def test_the_engine_keeps_the_laws_in_the_reduced_stress_studies(reduced):
@@ -129,10 +127,6 @@ def test_the_engine_keeps_the_laws_in_the_reduced_stress_studies(reduced):
             assert cube.penetration.max() < 1e-12
             # It finished, or its event budget says so.
             assert set(np.unique(cube.status)) <= {0, 1}
-    with xr.open_dataset(reduced / "results/ci/metamorphic/cube.nc") as again:
-        assert again.sizes["run"] == 20
-        for name in ("mirrored", "shifted", "units", "sharper", "looser"):
-            assert (again[f"{name}_verdict"] != 2).all(), name
 
 
 def test_times_are_not_taken_again_for_a_figure(reduced, tmp_path):
@@ -239,16 +233,14 @@ def test_reduced_calibration(everything):
         "calibration_a1",
         "calibration_b",
     ):
-        for end in ("svg", "png"):
-            assert 5000 < (made / study / f"figures/profiles.{end}").stat().st_size < 2_000_000
         with xr.open_dataset(made / study / "cube.nc") as cube:
             assert (cube.status == 0).all()
-    text = (made / "calibration_a3/tables/ranking.md").read_text()
-    for name in ("A1", "A3", "A4", "A5"):
+    text = (made / "calibration_a3/tables/scores.md").read_text()
+    for name in ("A3", "A4", "A5"):
         assert f"\n| {name} |" in text
     # On this grid, thinned out about it, the preset is the best set.
-    assert "is number 1 of 180 sets" in text
-    text = (made / "calibration_a3_compliant/tables/bursts.md").read_text()
+    assert "number 1 of 180 sets" in text
+    text = (made / "calibration_a3_compliant/tables/scores.md").read_text()
     assert "| contact stiffness ratio |" in text
     # Two stiffnesses, with and without tension.
     assert "of 60 sets" in text

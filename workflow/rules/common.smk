@@ -158,10 +158,8 @@ def verify():
 
 
 def shown(study, product):
-    """Return the files that a figure or table shows, by name: of its study, and of others."""
-    own = {Path(path).stem: f"{RESULTS}/{study.name}/{path}" for path in product.reads}
-    beside = getattr(product, "beside", {})
-    return own | {what: f"{RESULTS}/{name}/cube.nc" for what, name in beside.items()}
+    """Return the files of its study that a figure or table shows, by name."""
+    return {Path(path).stem: f"{RESULTS}/{study.name}/{path}" for path in product.reads}
 
 
 def of_papers(priority):

@@ -111,7 +111,7 @@ rule crate:
         PAGE_FILES if COMPLETE else [],
     output:
         f"{RESULTS}/ro-crate-metadata.json",
-        [f"{RESULTS}/{name}/study.yaml" for name, study in DEFAULT.items() if study.has_cube],
+        [f"{RESULTS}/{name}/study.yaml" for name in DEFAULT],
     log:
         f"{LOGS}/crate.log",
     benchmark:
@@ -126,7 +126,7 @@ rule crate:
         "../scripts/crate.py"
 
 
-# Documents whose tables a run makes again to the letter; those of cost.md and solvers.md are times.
+# Documents whose tables a run makes again to the letter; those of solvers.md are times.
 DOCUMENTS = [
     HOME / f"docs/{name}.md" for name in ("calibration", "findings", "limits", "papers", "theory")
 ]

@@ -25,7 +25,6 @@ HOME = {
     "section_period": "sections",
     "section_points": "sections",
     "share": "reduction",
-    "small_mass_border": "small_mass_limit",
     "two_impact_errors": "two_impacts",
     "two_impact_ranges": "two_impacts",
     "worst": "reduction",

@@ -12,12 +12,7 @@ LABELS = {
     "rk4_step_end": "RK4, impacts at step ends",
     "rk4_located": "RK4 with located impacts",
     "dop853": "scipy DOP853",
-    "dop853_free": "scipy DOP853, no sticking",
-    "rk45": "scipy RK45",
-    "lsoda": "scipy LSODA",
-    "radau": "scipy Radau",
     "moreau_jean": "Moreau-Jean",
-    "compliant_flow": "stiff springs, exact flow",
 }
 
 

@@ -1,1 +1,1 @@
-"""Statements of the two papers, their verdicts, and the calibration that scores them."""
+"""Statements of the two papers, how each is judged, and how it is scored."""

@@ -8,7 +8,7 @@ in every file.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import reduce
 from operator import attrgetter
@@ -20,7 +20,7 @@ from pydantic import ValidationError
 from damper.parameters.names import nearest
 from damper.study.fields import STEM, STEM_WORDS, NamedMapping
 from damper.study.kinds import STUDIES
-from damper.study.messages import Mistakes, Report, mistakes_of
+from damper.study.messages import Report, mistakes_of
 from damper.study.model import Config, Settings, Study
 from damper.study.parts import SimulatedStudy
 from damper.study.rules import check_study
@@ -69,8 +69,6 @@ def load_config(given: Any, directory: Path, files: Iterable[Path] = ()) -> Conf
             studies[name] = _load(path, _label(path, directory), override, parts, loc)
         except ConfigError as error:
             problems += error.problems
-    if not problems:
-        problems += _lacking_beside(studies)
     if problems or settings is None:
         raise ConfigError.of(problems)
     targets = {name: tuple(map(_stem, names)) for name, names in settings.targets.items()}
@@ -187,27 +185,6 @@ def _paths(
 def _stem(entry: str) -> str:
     """Return the name of a study from its name or path."""
     return Path(entry).stem if entry.endswith(".yaml") else entry
-
-
-def _lacking_beside(studies: dict[str, StudyFile]) -> Iterator[Problem]:
-    """Yield what figures and tables ask for and the other studies lack."""
-    for name, study in studies.items():
-        for section, stem, product in study.products():
-            for what, other in getattr(product, "beside", {}).items():
-                loc, place = (section, stem, "also", what), f"study {name}"
-                cubes = {name: one for name, one in studies.items() if isinstance(one, Study)}
-                beside = cubes.get(other)
-                if beside is None:
-                    message = f"the study '{other}' is not among those to be made"
-                    allowed = f"{join_names(cubes)} (studies and targets in the configuration)"
-                    yield Problem(place, loc, message, allowed, nearest(other, cubes))
-                    continue
-                found = Mistakes()
-                product.check_beside(what, beside.contents, found)
-                for line in found.lines:
-                    context = line["type"].context
-                    message = f"in the study '{other}' {context['message']}"
-                    yield Problem(place, loc, message, context["allowed"])
 
 
 def _unknown_study(loc: Loc, name: str, files: Iterable[str], parts: _Parts) -> Problem:

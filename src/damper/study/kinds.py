@@ -99,8 +99,8 @@ class Kinds(Mapping[str, type[Any]]):
         return len(self.modules)
 
 
-FIGURES = Kinds(Product, "damper.figures", "damper.papers.calibration.figures")
-TABLES = Kinds(Product, "damper.tables", "damper.papers.calibration.tables")
+FIGURES = Kinds(Product, "damper.figures")
+TABLES = Kinds(Product, "damper.tables", "damper.papers.tables")
 #: Studies that check the engine, with ``kind: <name>`` in their files; without it, a file is a
 #: `damper.study.model.Study`.
 STUDIES = Kinds(StudyFile, "damper.verification", within="settings")

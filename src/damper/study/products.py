@@ -195,14 +195,6 @@ class Product(Made):
                 used[name] = key
         return used
 
-    @property
-    def beside(self) -> Mapping[str, str]:
-        """Variable -> the other study that measures it; see `check_beside`."""
-        return {}
-
-    def check_beside(self, what: str, study: StudyContents, mistakes: Mistakes) -> None:
-        """Note why another study cannot measure what this one asks of it."""
-
 
 class OfNoise(Product):
     """A figure or table of means under noise beside their closed forms."""

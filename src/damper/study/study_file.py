@@ -10,6 +10,7 @@ from pydantic import Field, PrivateAttr
 
 from damper.study.fields import Line, Strict, Text
 from damper.study.jobs import Job
+from damper.study.yaml_file import dump_yaml
 
 SUFFIXES = {"figures": ("svg", "png"), "tables": ("csv", "md")}
 """Section of a study -> suffixes of the files that each of its entries makes."""
@@ -43,8 +44,10 @@ class Made(Strict):
 class StudyFile(Strict):
     """A study: its subject, the origins of its values, its figures and tables."""
 
-    has_cube: ClassVar[bool] = True
-    """Whether it has results that are the same each time, in ``cube.nc``."""
+    entries: ClassVar[Mapping[str, type[Strict]]] = {}
+    """Sections whose entries are mappings of their own -> the class of these, for the reference."""
+    figure_kinds: ClassVar[Mapping[str, type[Made]]] = {}
+    table_kinds: ClassVar[Mapping[str, type[Made]]] = {}
 
     title: Annotated[Line, Field(description="What the study is about, for people.")]
     source: Annotated[Text, Field(description="Where its values come from, such as a paper.")]
@@ -89,12 +92,18 @@ class StudyFile(Strict):
 
     def outputs(self) -> list[str]:
         """Return the paths of everything that is made of the study, below its folder."""
-        return ["cube.nc"] * self.has_cube + [
+        return ["cube.nc"] + [
             f"{path}.{end}"
             for section, ends in SUFFIXES.items()
             for path in self.files(section)
             for end in ends
         ]
+
+    def attributes(self) -> dict[str, str]:
+        """Return the attributes of a file of results; figures and tables do not change it."""
+        left_out = {"figures", "tables"}
+        written = dump_yaml(self.model_dump(mode="json", exclude_none=True, exclude=left_out))
+        return {"title": self.title, "source": self.source, "study": written}
 
     def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
         """Return the parts of the study, a job each: name -> job. `engine` are settings of runs."""

@@ -1,4 +1,7 @@
-"""Timing: runs that take turns, the spread of their times, and the machine they ran on."""
+"""Timing: runs that take turns, and the machine they ran on.
+
+Times are processor times: other processes lengthen them less than clock times.
+"""
 
 import gc
 import math
@@ -7,8 +10,8 @@ import platform
 from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from time import perf_counter
-from typing import Any, NamedTuple
+from time import process_time
+from typing import Any
 
 import numpy as np
 
@@ -16,22 +19,6 @@ import numpy as np
 SHORTEST = 1e-3
 #: Packages named with the machine.
 PACKAGES = ("numpy", "numba", "scipy")
-
-
-class Spread(NamedTuple):
-    """Median and quartiles."""
-
-    low: float
-    median: float
-    high: float
-
-    def __str__(self) -> str:
-        return f"{self.median:.3f} [{self.low:.3f}, {self.high:.3f}]"
-
-
-def spread(values: np.ndarray) -> Spread:
-    """Median and quartiles of values, NaN left out."""
-    return Spread(*(float(value) for value in np.nanquantile(values, [0.25, 0.5, 0.75])))
 
 
 def take_turns(
@@ -48,10 +35,10 @@ def take_turns(
     calls = [1] * len(cases)
 
     def sample(column: int) -> float:
-        started = perf_counter()
+        started = process_time()
         for _ in range(calls[column]):
             cases[column]()
-        passed = perf_counter() - started
+        passed = process_time() - started
         spent[column] += passed
         return passed / calls[column]
 

@@ -17,13 +17,13 @@ from damper.theory.two_impacts import orbits
 from damper.verification.comparison import solvers
 from damper.verification.comparison.scene import Scene, read_scene
 from damper.verification.comparison.solution import CAPPED, FAILED, FINISHED, STALLED
-from damper.verification.comparison.solvers import SOLVERS, load, scipy_methods
+from damper.verification.comparison.solvers import SOLVERS, dop853, load
 
 STEP_END, LOCATED, MOREAU = "rk4_step_end", "rk4_located", "moreau_jean"
 FIXED = (STEP_END, LOCATED, MOREAU)
 #: A setting that is fine enough for each kind of setting, and a coarse one.
-FINE = {"accuracy": 1e-12, "tolerance": 1e-9, "steps_per_period": 1000, "contact_stiffness": 1e8}
-COARSE = {"accuracy": 1e-4, "tolerance": 1e-4, "steps_per_period": 100, "contact_stiffness": 1e4}
+FINE = {"accuracy": 1e-12, "tolerance": 1e-9, "steps_per_period": 1000}
+COARSE = {"accuracy": 1e-4, "tolerance": 1e-4, "steps_per_period": 100}
 #: Of `BURST` from rest, by arithmetic in 50 digits: three impacts, then a complete burst.
 FIRST_IMPACTS = np.array([2.15860318928243951, 5.25460925811892195, 14.2978156676934251])
 ACCUMULATION, RELEASE = 44.249718778208865, 46.2709500002439
@@ -74,10 +74,9 @@ def periodic(quarters):
 
 def test_every_solver_is_in_the_list_and_describes_itself():
     files = Path(solvers.__file__).parent.glob("*.py")
-    assert {path.stem for path in files} == {*SOLVERS.values(), "__init__"}
+    assert {path.stem for path in files} == {*SOLVERS, "__init__"}
     for name in SOLVERS:
-        solver = load(name)
-        assert np.sign(FINE[solver.setting] - COARSE[solver.setting]) == solver.finer
+        assert load(name).setting in FINE
         assert name in LABELS
 
 
@@ -128,9 +127,6 @@ SETTINGS = {
     "exact": ((1e-3, 1e-12), 1e-11),
     STEP_END: ((1e4, 1e6), 1e-2),
     "dop853": ((1e-9, 1e-13), 2e-9),
-    "rk45": ((1e-7, 1e-11), 2e-8),
-    "lsoda": ((1e-8, 1e-12), 2e-8),
-    "radau": ((1e-6, 1e-9), 1e-6),
     MOREAU: ((2e4, 2e5), 2e-2),
 }
 
@@ -144,15 +140,11 @@ def test_a_complete_burst_converges_to_50_digits(name):
     assert (fine <= 0.15 * coarse).all() or name == "exact"
 
 
-def test_orders_of_a_burst_with_located_impacts_and_with_springs():
+def test_orders_of_a_burst_with_located_impacts():
     settings = (200, 400, 800)
     errors = np.array([burst_errors(LOCATED, setting) for setting in settings]).T
     for values, expected in zip(errors, (4, 2, 4), strict=True):
         assert abs(-order(values, settings) - expected) < 0.4
-    low, high = 1e4, 1e8
-    soft, stiff = (np.array(burst_errors("compliant_flow", k)) for k in (low, high))
-    # Contacts before sticking are more the stiffer the wall: a logarithm bends the slope.
-    assert np.log(stiff / soft) / math.log(high / low) == pytest.approx(-0.5, abs=0.08)
 
 
 @each_solver
@@ -169,7 +161,7 @@ def test_a_cap_ends_a_run(name):
     assert found.evaluations <= 1000
 
 
-@pytest.mark.parametrize("name", [n for n in SOLVERS if n != "compliant_flow"])
+@each_solver
 @pytest.mark.parametrize("side", [-1, 1])
 def test_starts_on_a_wall_are_those_of_the_engine(name, side):
     p = damper.Parameters(0.2, 0.05, 0.5, 0.3, 0.5, phase=-side * 0.5 * math.pi)
@@ -177,8 +169,6 @@ def test_starts_on_a_wall_are_those_of_the_engine(name, side):
         scene = Scene(p, damper.State(0.0, 0.0, side * 0.3, speed), 0.01)
         assert tuple(map(len, engine(scene)))[:2] == counts
         found = solve(name, scene, 10_000 if name in FIXED else None)
-        if name == "dop853_free" and counts[1]:
-            continue
         for mine, wanted in zip(instants(found), engine(scene), strict=True):
             np.testing.assert_array_equal(mine, wanted)
 
@@ -186,16 +176,13 @@ def test_starts_on_a_wall_are_those_of_the_engine(name, side):
 @each_solver
 def test_restitution_zero_sticks_at_once(name):
     scene = read_scene({**BURST, "restitution": 0.0}, 10.0)
-    if name == "dop853_free":
-        assert solve(name, scene).outcome == STALLED
-        return
     found = solve(name, scene, 20_000 if name in FIXED else None)
-    tight = 1e-6 if name in ("exact", LOCATED, "dop853", "lsoda", "rk45", "radau") else 2e-2
+    tight = 1e-6 if name in ("exact", LOCATED, "dop853") else 2e-2
     for mine, wanted in zip(instants(found), engine(scene), strict=True):
         np.testing.assert_allclose(mine, wanted, rtol=0, atol=tight)
 
 
-@pytest.mark.parametrize("name", [n for n in SOLVERS if n != "compliant_flow"])
+@each_solver
 def test_without_clearance_the_masses_are_one_oscillator(name):
     p = damper.Parameters(0.5, 0.1, 0.7, 0.0, 0.5)
     scene = Scene(p, damper.State(0.0, 0.3, 0.0, -0.6), 10.0)
@@ -273,23 +260,16 @@ def test_a_burst_whose_rebounds_no_longer_move_the_time_stalls():
 # scipy
 
 
-def test_a_burst_without_sticking_stalls():
-    found = solve("dop853_free", read_scene(BURST, 60.0), 1e-7)
-    assert found.outcome == STALLED
-    assert abs(found.reached - ACCUMULATION) < 1e-3
-    assert len(found.impact_times) > 150
-
-
 @pytest.mark.parametrize("trouble", ["raises", "gives up", "not a number"])
 def test_what_the_integrator_cannot_do_is_a_failure_and_warns_nobody(monkeypatch, trouble):
-    real = scipy_methods.solve_ivp
+    real = dop853.solve_ivp
     calls = []
 
     def solve_ivp(*args, **options):
         calls.append(1)
         found = real(*args, **options)
         if len(calls) == 3:
-            warnings.warn("lsoda: Excess work done on this call", stacklevel=1)
+            warnings.warn("rtol is too small", stacklevel=1)
             if trouble == "raises":
                 raise ValueError("f(a) and f(b) must have different signs")
             if trouble == "gives up":
@@ -298,8 +278,8 @@ def test_what_the_integrator_cannot_do_is_a_failure_and_warns_nobody(monkeypatch
                 found.y[0, -1] = math.nan
         return found
 
-    monkeypatch.setattr(scipy_methods, "solve_ivp", solve_ivp)
-    found = solve("lsoda", read_scene(BURST, 60.0))
+    monkeypatch.setattr(dop853, "solve_ivp", solve_ivp)
+    found = solve("dop853", read_scene(BURST, 60.0))
     assert found.outcome == FAILED
     assert len(found.impact_times) == 2
     assert found.reached == found.impact_times[-1]
@@ -307,19 +287,19 @@ def test_what_the_integrator_cannot_do_is_a_failure_and_warns_nobody(monkeypatch
 
 def test_event_does_not_see_the_root_it_starts_on():
     # gap = tau (1 - tau): the only root to be found is at 1.
-    watched = scipy_methods.falling_gap([0.0, 0.0, 0.0, 1.0])
+    watched = dop853.falling_gap([0.0, 0.0, 0.0, 1.0])
     for tau in (0.0, 1e-300, 1e-9, 0.5, 0.999):
         assert watched(tau, [0.0, 0.0, tau * (1.0 - tau), 0.0 if tau else 1.0]) > 0.0
     assert watched(1.001, [0.0, 0.0, 1.001 * -0.001, 0.0]) < 0.0
     # From elsewhere it is the gap itself.
-    assert scipy_methods.falling_gap([0.0, 0.0, 1.0, 0.0])(0.0, [0.0, 0.0, 0.25, 0.0]) == 0.25
+    assert dop853.falling_gap([0.0, 0.0, 1.0, 0.0])(0.0, [0.0, 0.0, 0.25, 0.0]) == 0.25
 
 
 def test_start_at_another_time():
     scene = read_scene({**BURST, "phase": 0.4}, 12.0)
     s, period = scene.state, scene.parameters.cycle
     later = Scene(scene.parameters, damper.State(s.x, s.v, s.y, s.u, period), period + 12.0)
-    for name in ("exact", LOCATED, "rk45"):
+    for name in ("exact", LOCATED, "dop853"):
         plain_run, shifted = solve(name, scene), solve(name, later)
         np.testing.assert_allclose(shifted.impact_times - period, plain_run.impact_times, atol=1e-9)
         np.testing.assert_allclose(shifted.end_state, plain_run.end_state, atol=1e-9)

@@ -9,10 +9,6 @@ from damper.verification.comparison.errors import GOOD
 FILES = ("cube.nc", "timed/timings.nc")
 #: The solver that others are measured by.
 BASE = "exact"
-#: The engine, and the peer to beat: both compiled, and both locate every impact.
-PEERS = (BASE, "rk4_located")
-#: Length of their runs that are timed by the impact, in that of the scene.
-LONGER = 20
 
 
 def best_error(errors: xr.Dataset, name: str) -> xr.DataArray:
@@ -21,14 +17,14 @@ def best_error(errors: xr.Dataset, name: str) -> xr.DataArray:
 
 
 def time_to_reach(
-    errors: xr.Dataset, timings: xr.Dataset, name: str, target: float, time: str = "run_time"
+    errors: xr.Dataset, timings: xr.Dataset, name: str, target: float
 ) -> xr.DataArray:
     """Run time in s of the cheapest good run whose error `name` is at most `target`; NaN for none.
 
-    `time` is the variable of `timings` that counts; the result is over scene and solver.
+    The result is over scene and solver.
     """
     reached = (errors.outcome == GOOD) & (errors[name] <= target)
-    return timings[time].where(reached).min("level")
+    return timings.run_time.where(reached).min("level")
 
 
 def relative_to_base(times: xr.DataArray) -> xr.DataArray:

@@ -230,7 +230,7 @@ def fixed_step(
             reached=float(reached),
         )
 
-    return Solver("steps_per_period", +1, evaluations_per_second, solve)
+    return Solver("steps_per_period", evaluations_per_second, solve)
 
 
 @compiled

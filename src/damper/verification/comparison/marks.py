@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from damper.figures.common.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from damper.figures.common.style import BLACK, BLUE, ORANGE, VERMILION
 
 #: One colour for a family of solvers; marker and line distinguish its members.
 SOLVER_MARKS: dict[str, dict[str, Any]] = {
@@ -10,12 +10,7 @@ SOLVER_MARKS: dict[str, dict[str, Any]] = {
     "rk4_step_end": {"color": ORANGE, "marker": "v", "ls": "--"},
     "rk4_located": {"color": ORANGE, "marker": "^", "ls": "-"},
     "dop853": {"color": BLUE, "marker": "s", "ls": "-"},
-    "dop853_free": {"color": BLUE, "marker": "d", "ls": ":"},
-    "rk45": {"color": SKY, "marker": "D", "ls": "-"},
-    "lsoda": {"color": GREEN, "marker": "P", "ls": "-"},
-    "radau": {"color": GREEN, "marker": "X", "ls": "--"},
     "moreau_jean": {"color": VERMILION, "marker": "<", "ls": "-"},
-    "compliant_flow": {"color": PURPLE, "marker": "p", "ls": "-"},
 }
 #: Failure -> how it is called at the margin, and the letter for it in a cell.
 FAILURES = {

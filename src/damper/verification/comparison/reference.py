@@ -5,10 +5,8 @@ Parameters and start count as the exact binary values they are, but for a start 
 only roundoff keeps it off: that is a start on the wall.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
-from itertools import zip_longest
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,11 +18,6 @@ from damper.sweep.parts import PartData
 from damper.verification import reference
 from damper.verification.comparison.scene import Scene, read_scene
 from damper.verification.reference import RESOLVED
-
-#: Digits of the run that the perturbed ones are compared with, over those of the reference.
-_PERTURBED_DIGITS = 0.7
-#: The perturbation is 10 to minus this times the digits: 1e-30 for 50.
-_PERTURBATION = 0.6
 
 
 class Reference(NamedTuple):
@@ -39,28 +32,23 @@ class Reference(NamedTuple):
     release_times: np.ndarray
     final_state: np.ndarray
     """x, v, y, u at the end of the scene."""
-    sensitivity: float
-    """Growth of a small change of the start until then; see `make_reference`."""
 
 
 def make_reference(scene: Scene, digits: int = 50) -> dict[str, Any]:
-    """Compute a scene with rigid walls in many digits, and the sensitivity of its end to its start.
-
-    As many digits are right as the scene allows: a perturbation in the last one grows by the
-    sensitivity. The computation itself carries 15 more. It is repeated twice, with the primary's
-    and with the free mass's velocity at the start larger by 10^(-0.6 digits), 1e-30 for 50 digits.
-    ``sensitivity`` is the larger of the changes in the final state (largest component) over that;
-    none if that changes which events there are.
+    """Compute a scene with rigid walls in many digits; the computation carries 15 more.
 
     Returns what JSON can hold, numbers as decimal strings with all their digits: the scene, and the
     fields of `Reference`.
     """
     start = _start(scene, digits)
-    exact = _run(scene, start, digits)
+    exact = reference.exact_run(
+        _values(scene), start, until=scene.until, digits=digits, start_time=scene.state.time
+    )
     impacts, sticks, releases = (
-        [event for event in _listed(exact) if event.kind == kind]
+        [event for event in exact.events if event.kind == kind]
         for kind in ("impact", "stick", "release")
     )
+    impacts = [event for event in impacts if event.approach_speed >= RESOLVED]
     numbers = {
         "impact_times": [event.time for event in impacts],
         "approach_speeds": [event.approach_speed for event in impacts],
@@ -68,7 +56,6 @@ def make_reference(scene: Scene, digits: int = 50) -> dict[str, Any]:
         "release_times": [event.time for event in releases],
         "final_state": exact.final,
     }
-    sensitivity = _sensitivity(scene, start, exact, digits)
     return {
         "parameters": _values(scene),
         "start": asdict(scene.state),
@@ -76,7 +63,6 @@ def make_reference(scene: Scene, digits: int = 50) -> dict[str, Any]:
         "digits": digits,
         "resolved": RESOLVED,
         "impact_sides": [event.side for event in impacts],
-        "sensitivity": sensitivity if math.isfinite(sensitivity) else None,
     } | {
         name: [mp.nstr(value, digits, strip_zeros=False) for value in values]
         for name, values in numbers.items()
@@ -95,11 +81,7 @@ def gather(parts: Sequence[PartData], scenes: Sequence[str]) -> dict[str, Any]:
 
 def as_floats(content: Mapping[str, Any]) -> Reference:
     """Round what `make_reference` returned."""
-    arrays = {
-        name: np.array([float(one) for one in content[name]]) for name in Reference._fields[:-1]
-    }
-    growth = content["sensitivity"]
-    return Reference(**arrays, sensitivity=math.inf if growth is None else growth)
+    return Reference(*(np.array([float(one) for one in content[n]]) for n in Reference._fields))
 
 
 def _values(scene: Scene) -> dict[str, float]:
@@ -117,35 +99,3 @@ def _start(scene: Scene, digits: int) -> list[mpf]:
         with mp.workdps(digits + reference.GUARD_DIGITS):
             y = x + side * mpf(d)
     return [x, v, y, u]
-
-
-def _run(scene: Scene, start: Sequence[mpf], digits: int) -> reference.ExactRun:
-    begin = scene.state.time
-    return reference.exact_run(
-        _values(scene), start, until=scene.until, digits=digits, start_time=begin
-    )
-
-
-def _listed(run: reference.ExactRun) -> list[reference.Event]:
-    """All events but impacts that are too slow."""
-    events = run.events
-    return [e for e in events if e.kind != "impact" or e.approach_speed >= RESOLVED]
-
-
-def _sensitivity(
-    scene: Scene, start: Sequence[mpf], exact: reference.ExactRun, digits: int
-) -> float:
-    """Growth of a perturbation of either velocity; see `make_reference`."""
-    growth = 0.0
-    with mp.workdps(digits + reference.GUARD_DIGITS):
-        step = mpf(10) ** -round(_PERTURBATION * digits)
-        for component in (1, 3):
-            moved = list(start)
-            moved[component] += step
-            other = _run(scene, moved, round(_PERTURBED_DIGITS * digits))
-            for one, near in zip_longest(_listed(exact), _listed(other)):
-                if not (one and near) or one[1:3] != near[1:3]:
-                    return math.inf
-            change = max(abs(a - b) for a, b in zip(other.final, exact.final, strict=True))
-            growth = max(growth, float(mp.nstr(change / step, 6)))
-    return growth

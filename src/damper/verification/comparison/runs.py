@@ -35,26 +35,23 @@ def run_scene(
     Arrays have the shape (solver, level), solvers in the order of `SOLVERS`, padded to the solver
     with the most levels: `MEASURES` and ``reached`` (NaN where there is no run), and ``outcome``
     (index in `OUTCOMES`, -1 where there is no run). And of the scene, without dimensions:
-    ``reference_impacts`` that count, ``sensitivity``, ``until``, ``periods``.
+    ``reference_impacts`` that count, ``until``, ``periods``.
     """
     names = in_order(settings)
     shape = len(names), max(map(len, settings.values()))
-    arrays = {name: np.full(shape, nan) for name in (*errors.MEASURES, "reached")}
+    arrays = {name: np.full(shape, nan) for name in (*(v.name for v in errors.MEASURES), "reached")}
     arrays["outcome"] = np.full(shape, -1, dtype="i1")
     for row, name in enumerate(names):
         solver = load(name)
         for level, setting in enumerate(settings[name]):
             solution = solver.solve(scene, setting, solver.most_evaluations(cap))
-            measured = errors.measure_errors(scene, reference, solution)
+            outcome, measured = errors.measure_errors(scene, reference, solution)
             for key, value in measured.items():
                 arrays[key][row, level] = value
-            arrays["outcome"][row, level] = errors.OUTCOMES.index(
-                errors.outcome(scene, solution, measured)
-            )
+            arrays["outcome"][row, level] = errors.OUTCOMES.index(outcome)
             arrays["reached"][row, level] = solution.reached
     return arrays | {
         "reference_impacts": np.array(errors.counted_impacts(reference)),
-        "sensitivity": np.array(float(reference.sensitivity)),
         "until": np.array(scene.until),
         "periods": np.array(scene.periods),
     }

@@ -10,15 +10,15 @@ from pydantic import Field
 from damper.analysis.labels import label_of
 from damper.parameters import Parameters
 from damper.parameters.dampers import BASIC, need_known
-from damper.parameters.quantities import DIMENSIONLESS_NAMES, INITIAL_NAMES
+from damper.parameters.quantities import ALL, DIMENSIONLESS_NAMES, INITIAL_NAMES, QUANTITIES
 from damper.parameters.variables import TIME
 from damper.study.fields import NamedMapping, Some, Strict, Text, Unit
 from damper.study.jobs import Job
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.settings import Fixed
-from damper.verification import base
-from damper.verification.comparison.solvers import SOLVERS, module_of
+from damper.study.study_file import Made, StudyFile
+from damper.verification.comparison.solvers import SOLVERS
 
 _NONE: dict[str, Any] = {}
 _HERE = "damper.verification.comparison"
@@ -45,7 +45,7 @@ class SceneSettings(Strict):
     @property
     def values(self) -> dict[str, float]:
         """Value of every quantity that is given."""
-        return base.values_of(self.parameters)
+        return {name: self.parameters[name].number for name in ALL if name in self.parameters}
 
     def settings(self) -> dict[str, Any]:
         """Return the arguments of `damper.verification.comparison.scene.read_scene`."""
@@ -53,7 +53,10 @@ class SceneSettings(Strict):
 
     def check_together(self, mistakes: Mistakes) -> None:
         given = {n: value for n, value in self.values.items() if n not in INITIAL_NAMES}
-        base.require(given, mistakes)
+        for quantity in QUANTITIES:
+            if quantity.default is None and quantity.name not in given:
+                message = f"'{quantity.name}' is not given"
+                mistakes.add(("parameters", quantity.name), message, quantity.allowed)
         if mistakes:
             return
         try:
@@ -67,16 +70,16 @@ class SceneSettings(Strict):
             mistakes.add(("parameters",), str(error))
 
 
-FIGURES = Kinds(base.Made, "damper.verification.comparison.figures")
-TABLES = Kinds(base.Made, "damper.verification.comparison.tables")
+FIGURES = Kinds(Made, "damper.verification.comparison.figures")
+TABLES = Kinds(Made, "damper.verification.comparison.tables")
 
 
-class Comparison(base.Verification):
+class Comparison(StudyFile):
     """Solvers compared on scenes: errors against a reference to 50 digits, and run times."""
 
     entries: ClassVar[Mapping[str, type[Strict]]] = {"scenes": SceneSettings}
-    figure_kinds: ClassVar[Mapping[str, type[base.Made]]] = FIGURES
-    table_kinds: ClassVar[Mapping[str, type[base.Made]]] = TABLES
+    figure_kinds: ClassVar[Mapping[str, type[Made]]] = FIGURES
+    table_kinds: ClassVar[Mapping[str, type[Made]]] = TABLES
     models: ClassVar[tuple[str, ...]] = ("rigid",)
 
     kind: Annotated[Literal["comparison"], Field(description="That it is such a study.")]
@@ -90,9 +93,8 @@ class Comparison(base.Verification):
         NamedMapping("solver", tuple(SOLVERS), dropped=True),
         Field(
             description="Name -> values of the one setting that makes it more exact, the coarsest "
-            "first: accuracy (exact), steps_per_period (rk4_step_end, rk4_located, moreau_jean), "
-            "tolerance (dop853, dop853_free, rk45, lsoda, radau), contact_stiffness "
-            "(compliant_flow)."
+            "first: accuracy (exact), tolerance (dop853), steps_per_period (rk4_located, "
+            "rk4_step_end, moreau_jean)."
         ),
     ]
     digits: Annotated[
@@ -118,10 +120,14 @@ class Comparison(base.Verification):
         Field(gt=0, description="Time spent on one run, after which it is not repeated any more."),
     ] = 0.2
     figures: Annotated[
-        dict[str, Annotated[base.Made, FIGURES]], NamedMapping("figure"), base.DRAWN
+        dict[str, Annotated[Made, FIGURES]],
+        NamedMapping("figure"),
+        Field(description="What to draw: name of the file -> kind and its settings."),
     ] = _NONE
     tables: Annotated[
-        dict[str, Annotated[base.Made, TABLES]], NamedMapping("table"), base.TABULATED
+        dict[str, Annotated[Made, TABLES]],
+        NamedMapping("table"),
+        Field(description="What to tabulate: name of the file -> kind and its settings."),
     ] = _NONE
 
     def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
@@ -168,8 +174,8 @@ class Comparison(base.Verification):
         self, module: str, settings: dict[str, Any], needs: tuple[str, ...] = ()
     ) -> Job:
         """Return a job whose module loads the solvers."""
-        solvers = sorted({module_of(name) for name in self.solvers})
-        loads = (*solvers, "damper.models.rigid", "damper.models.compliant")
+        solvers = (f"{_HERE}.solvers.{name}" for name in sorted(self.solvers))
+        loads = (*solvers, "damper.models.rigid")
         compiled = ("solvers", *sorted(self.solvers))
         return Job(f"{_HERE}.{module}", settings, needs, loads, compiled)
 

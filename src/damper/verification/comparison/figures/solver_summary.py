@@ -12,7 +12,8 @@ from damper.figures.common.layout import wrap
 from damper.figures.common.panels import finish, panel_grid
 from damper.figures.common.style import BLACK, MISSING
 from damper.parameters.lazy import Axes, Figure, xr
-from damper.verification.base import Made, OptionalCaption, See
+from damper.study.products import Caption
+from damper.study.study_file import Made, See
 from damper.verification.comparison import best
 from damper.verification.comparison.errors import OUTCOMES
 from damper.verification.comparison.marks import FAILURES
@@ -34,7 +35,7 @@ class SolverSummary(Made):
 
     reads: ClassVar[tuple[str, ...]] = best.FILES
 
-    caption: OptionalCaption = None
+    caption: Caption = None
     see: See = None
 
 

@@ -15,7 +15,8 @@ from damper.figures.common.style import PALE, label
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.study.fields import one_of
-from damper.verification.base import Made, OptionalCaption, See
+from damper.study.products import Caption
+from damper.study.study_file import Made, See
 from damper.verification.comparison.best import FILES
 from damper.verification.comparison.errors import GOOD, OUTCOMES
 from damper.verification.comparison.marks import FAILURES, line_of
@@ -46,7 +47,7 @@ class WorkPrecision(Made):
     error: Annotated[str, one_of(_MEANINGS), Field(description="Which error is shown.")] = (
         "state_error"
     )
-    caption: OptionalCaption = None
+    caption: Caption = None
     see: See = None
 
 

@@ -55,4 +55,4 @@ def solve(scene: Scene, setting: float, max_evaluations: int) -> Solution:
     return found
 
 
-SOLVERS = {"exact": Solver("accuracy", -1, 5e6, solve)}
+SOLVER = Solver("accuracy", 5e6, solve)

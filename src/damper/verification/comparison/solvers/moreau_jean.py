@@ -168,6 +168,4 @@ def _mean(before, after):
     return THETA * after + (1.0 - THETA) * before
 
 
-SOLVERS = {
-    "moreau_jean": steps.fixed_step(2e7, lambda damper, step, until: MoreauJean(damper, until))
-}
+SOLVER = steps.fixed_step(2e7, lambda damper, step, until: MoreauJean(damper, until))

@@ -173,8 +173,6 @@ def _find_end(damper, state, time, left):
     return tau, evaluations
 
 
-SOLVERS = {
-    "rk4_located": steps.fixed_step(
-        3e7, lambda damper, step, until: Located(damper, step * step * max(1.0, damper.omega))
-    )
-}
+SOLVER = steps.fixed_step(
+    3e7, lambda damper, step, until: Located(damper, step * step * max(1.0, damper.omega))
+)

@@ -100,4 +100,4 @@ def _advance(method, state, piece, counts):
     return after, steps.count_evaluations(counts, 4), h, False
 
 
-SOLVERS = {"rk4_step_end": steps.fixed_step(3e7, lambda damper, step, until: StepEnd(damper, step))}
+SOLVER = steps.fixed_step(3e7, lambda damper, step, until: StepEnd(damper, step))

@@ -1,8 +1,7 @@
-"""Errors, orders and outcomes of every solver on every scene."""
+"""Errors and outcomes of every solver on every scene."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,10 +9,9 @@ import numpy as np
 
 from damper.analysis.labels import capital, label_of, short
 from damper.parameters.lazy import pd, xr
+from damper.study.study_file import Made
 from damper.tables import Table
-from damper.verification.base import Made
-from damper.verification.comparison.cube import ERRORS
-from damper.verification.comparison.errors import GOOD, MEASURES, MISSES, OUTCOMES
+from damper.verification.comparison.errors import GOOD, MEASURES, OUTCOMES
 
 _HEADS = {
     "impact_time_error": "impact times",
@@ -24,20 +22,18 @@ _HEADS = {
 }
 _ABOUT = (
     "Errors are those of the finest level that is good: finished, no event missed or too many, "
-    "inside the box. In brackets the observed order: the power of the setting (of its inverse, "
-    "if larger is finer) with which the error falls, over the good levels above roundoff; none "
-    "if these are fewer than three. The outcome of each level stands in the last column."
+    "inside the box. The outcome of each level stands in the last column."
 )
 
 
 class SolverErrors(Made):
-    """Errors, orders and outcomes of every solver on every scene."""
+    """Errors and outcomes of every solver on every scene."""
 
 
 def make(results: Mapping[str, Any], settings: SolverErrors) -> Table:
-    """Make the table of errors, orders and outcomes of every scene and solver.
+    """Make the table of errors and outcomes of every scene and solver.
 
-    The data have a row for each level, with the order of the solver repeated. The body has a table
+    The data have a row for each level. The body has a table
     for each scene: errors at the finest good level, and the outcome of every level.
     """
     errors = results["cube"]
@@ -47,12 +43,10 @@ def make(results: Mapping[str, Any], settings: SolverErrors) -> Table:
         body += [
             f"## {capital(str(here.title.item()))}",
             f"Until t = {float(here.until):g}, {float(here.periods):.3g} forcing periods; "
-            f"{int(here.reference_impacts)} impacts count; a small change of the start has grown "
-            f"by {float(here.sensitivity):.2g} at the end.",
+            f"{int(here.reference_impacts)} impacts count.",
             pd.DataFrame(_errors_row(here.sel(solver=solver)) for solver in errors.solver.values),
         ]
-    orders = [f"order_{name}" for name in ERRORS]
-    data = levels(errors)[["reached", *MEASURES, *orders]].reset_index()
+    data = levels(errors)[["reached", *(v.name for v in MEASURES)]].reset_index()
     return Table.of(errors, "errors", data, body)
 
 
@@ -78,14 +72,11 @@ def outcomes_text(place: xr.Dataset) -> str:
 
 def _outcome_text(one: xr.Dataset) -> str:
     outcome = OUTCOMES[int(one.outcome)]
-    misses = [f"{label_of(name)}: {int(one[name])}" for name in MISSES if one[name] > 0.0]
-    if outcome == "good":
-        return "good"
-    if outcome == "missed":
-        return ", ".join(misses)
     if outcome == "left_box":
-        return ", ".join([f"beyond a wall by {float(one.penetration):.2g}", *misses])
-    return ", ".join([f"{outcome} at t = {float(one.reached):.6g}", *misses])
+        return f"beyond a wall by {float(one.penetration):.2g}"
+    if outcome in ("good", "missed"):
+        return outcome.replace("missed", "events missed")
+    return f"{outcome} at t = {float(one.reached):.6g}"
 
 
 def _errors_row(place: xr.Dataset) -> dict[str, str]:
@@ -95,8 +86,5 @@ def _errors_row(place: xr.Dataset) -> dict[str, str]:
         one = place.isel(level=good[-1])
         row["setting"] = f"{label_of(place.setting_name.item())} {short(float(one.setting))}"
         for name, head in _HEADS.items():
-            order = float(place[f"order_{name}"]) if name in ERRORS else math.nan
-            row[head] = short(float(one[name])) + (
-                f" ({order:.2f})" if math.isfinite(order) else ""
-            )
+            row[head] = short(float(one[name]))
     return row | {"outcome": outcomes_text(place)}

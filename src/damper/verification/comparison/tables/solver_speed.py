@@ -9,10 +9,9 @@ import numpy as np
 
 from damper.analysis.labels import capital, short, time_text
 from damper.parameters.lazy import pd, xr
+from damper.study.study_file import Made
 from damper.tables import Table
-from damper.verification.base import Made
 from damper.verification.comparison import best
-from damper.verification.comparison.cube import TIMES
 from damper.verification.comparison.tables.solver_errors import levels
 from damper.verification.timing import machine_text
 
@@ -20,9 +19,6 @@ from damper.verification.timing import machine_text
 ERROR = "impact_time_error"
 #: Values of it for which the time is stated.
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
-#: And for which the engine is compared with RK4.
-TARGETS_OF_PEERS = (1e-4, 1e-6, 1e-9, 1e-12)
-TIMED = tuple(variable.name for variable in TIMES)
 
 
 class SolverSpeed(Made):
@@ -34,7 +30,7 @@ class SolverSpeed(Made):
 def make(results: Mapping[str, Any], settings: SolverSpeed) -> Table:
     """Make the table of how long each solver takes for a wanted error."""
     errors, timings = results["cube"], results["timings"]
-    cube = errors.assign({name: timings[name] for name in TIMED})
+    cube = errors.assign(run_time=timings.run_time)
     cube["time_per_impact"] = cube.run_time / cube.reference_impacts
     body: list[str | pd.DataFrame] = [
         "Run time of the cheapest good level whose error of impact times is no larger than the "
@@ -51,46 +47,8 @@ def make(results: Mapping[str, Any], settings: SolverSpeed) -> Table:
             label = str(errors.label.sel(solver=solver).item())
             rows.append({"solver": label} | cells)
         body += [f"## {_title(errors, scene)}", pd.DataFrame(rows)]
-    body += _peers(errors, timings)
-    columns = [ERROR, "state_error", *TIMED, "time_per_impact"]
+    columns = [ERROR, "state_error", "run_time", "time_per_impact"]
     return Table.of(errors, "run times", levels(cube)[columns].reset_index(), body)
-
-
-def _peers(errors: xr.Dataset, timings: xr.Dataset) -> list[str | pd.DataFrame]:
-    """The engine beside RK4 with located impacts: per call, and per impact in long runs."""
-    if not set(best.PEERS) <= set(errors.solver.values):
-        return []
-    engine, peer = best.PEERS
-    calls = timings.call_time.median("level")
-    impacts = (timings.stretch_time / timings.stretch_impacts).median("level")
-    rows = []
-    for scene in errors.scene.values:
-        row = {
-            "scene": _title(errors, scene),
-            "a call: engine": time_text(float(calls.sel(scene=scene, solver=engine))),
-            "RK4": time_text(float(calls.sel(scene=scene, solver=peer))),
-            "an impact: engine": time_text(float(impacts.sel(scene=scene, solver=engine))),
-        }
-        for target in TARGETS_OF_PEERS:
-            both = [
-                float(
-                    best.relative_to_base(
-                        best.time_to_reach(errors, timings, ERROR, target, time)
-                    ).sel(scene=scene, solver=peer)
-                )
-                for time in ("run_time", "stretch_time")
-            ]
-            cell = "–" if np.isnan(sum(both)) else "; ".join(map(short, both))
-            row[f"{_power(target)}: per call; per impact"] = cell
-        rows.append(row)
-    return [
-        "## Exact engine and compiled RK4 with located impacts",
-        "How many times the engine's time RK4 takes, each at its cheapest good level whose error "
-        "of impact times is no larger than the column's. Per call: the scene alone, with the fixed "
-        "cost of a Python call, which is most of the engine's time here. Per impact: without that "
-        f"cost, in runs {best.LONGER} times as long.",
-        pd.DataFrame(rows),
-    ]
 
 
 def _title(errors: xr.Dataset, scene: str) -> str:

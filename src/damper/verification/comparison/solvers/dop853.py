@@ -1,8 +1,7 @@
-"""Methods of scipy's solve_ivp, restarted at every event: how a careful user does it.
+"""scipy's DOP853 with events, restarted at every event: how a careful user does it.
 
 Newton's law at each impact, and sticking made by hand, because a complete burst has infinitely many
-impacts. ``dop853_free`` is what a first attempt with events looks like: without sticking, so a
-complete burst is its end.
+impacts.
 
 A state is z = (x, v, g, h), with g = d - s (y - x) the gap to the wall s in question and h its
 rate: at a restart on that wall g is 0 exactly. Each motion has a time of its own that starts at 0,
@@ -17,22 +16,17 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from damper.engine.roundoff import EPSILON
 from damper.models.walls import slack
 from damper.verification.comparison.scene import Scene
-from damper.verification.comparison.solution import CAPPED, FAILED, FINISHED, STALLED, Solution
+from damper.verification.comparison.solution import CAPPED, FAILED, FINISHED, Solution
 from damper.verification.comparison.solvers import Solver
 
 #: Value of time and state whose fall through zero ends a motion.
 EventCallable = Callable[[float, Sequence[float]], float]
 
-#: scipy's methods that solve equations, and need their derivatives.
-_IMPLICIT = ("Radau", "LSODA")
 #: An eighth of the natural period. Events are looked for at the ends of steps: a longer step can
 #: hold two; nor are interpolants good over longer ones (DOP853).
 LONGEST_STEP = math.pi / 4.0
-#: Impacts in which time stands still before a run counts as stalled.
-_IDLE_IMPACTS = 100
 
 
 class Mode(NamedTuple):
@@ -59,18 +53,16 @@ class SolverRun:
     Parameters
     ----------
     scene : Scene
-    method : str
-        Of `solve_ivp`.
     tolerance : float
         Relative tolerance. The absolute one is this times min(1, clearance), and for gap and rate
         times their size in the motion if that is smaller: bounces below a fixed tolerance would be
-        noise, and a burst would end too soon or never (LSODA, Radau; both measured).
+        noise, and a burst would end too soon or never.
     max_evaluations : int
         Of the right-hand side.
     """
 
-    def __init__(self, scene: Scene, method: str, tolerance: float, max_evaluations: int) -> None:
-        self.scene, self.method, self.tolerance = scene, method, tolerance
+    def __init__(self, scene: Scene, tolerance: float, max_evaluations: int) -> None:
+        self.scene, self.tolerance = scene, tolerance
         self.most = max_evaluations
         self.evaluations = 0
         self.reached = scene.state.time
@@ -78,7 +70,6 @@ class SolverRun:
         self.impacts: list[tuple[float, float, float]] = []
         self.stick_times: list[float] = []
         self.release_times: list[float] = []
-        self._idle = 0
 
     def advance(self, motion: Mode, start: Sequence[float]) -> tuple[list[float], int]:
         """Follow a motion from `reached` until it ends, or until the scene does.
@@ -95,22 +86,19 @@ class SolverRun:
         d = self.scene.parameters.clearance
         length = min(1.0, d) or 1.0
         sizes = np.minimum([length, length, motion.gap_size, motion.rate_size], length)
-        rates, matrix = self._equations(motion)
-        options: dict = {"rtol": self.tolerance, "atol": self.tolerance * sizes}
-        if self.method in _IMPLICIT:
-            options["jac"] = (lambda tau, z: matrix) if self.method == "LSODA" else matrix
         for event in motion.events:
             event.terminal = True  # type: ignore[attr-defined]
             event.direction = -1.0  # type: ignore[attr-defined]
         try:
             found = solve_ivp(
-                rates,
+                self._equations(motion),
                 (0.0, self.scene.until - self.reached),
                 start,
-                method=self.method,
+                method="DOP853",
                 events=motion.events or None,
                 max_step=LONGEST_STEP,
-                **options,
+                rtol=self.tolerance,
+                atol=self.tolerance * sizes,
             )
         except Stopped:
             raise
@@ -125,8 +113,8 @@ class SolverRun:
         self.reached = self.scene.until if hit < 0 else self.reached + float(found.t[-1])
         return found.y[:, -1].tolist(), hit
 
-    def _equations(self, motion: Mode) -> tuple[Callable, np.ndarray]:
-        """Right-hand side and its derivatives."""
+    def _equations(self, motion: Mode) -> Callable[[float, np.ndarray], tuple[float, ...]]:
+        """Right-hand side."""
         p = self.scene.parameters
         omega, drag = p.frequency_ratio, 2.0 * p.damping_ratio
         angle = omega * self.reached + p.phase
@@ -141,23 +129,7 @@ class SolverRun:
             a = (math.sin(omega * tau + angle) - drag * v - x) / heavier
             return v, a, 0.0 if motion.together else rate, side * a
 
-        row = np.array([-1.0, -drag, 0.0, 0.0]) / heavier
-        relative = [0.0, 0.0, 0.0, 0.0 if motion.together else 1.0]
-        return rates, np.array([[0.0, 1.0, 0.0, 0.0], row, relative, side * row])
-
-    def impact(self, before: float, side: float, approach: float) -> None:
-        """Note an impact after a flight that began at `before`.
-
-        Raises
-        ------
-        Stopped
-            When time has stood still to roundoff for many impacts.
-        """
-        self.impacts.append((self.reached, side, approach))
-        resolution = 4.0 * EPSILON * max(1.0, abs(before))
-        self._idle = self._idle + 1 if self.reached - before <= resolution else 0
-        if self._idle >= _IDLE_IMPACTS:
-            raise Stopped(STALLED)
+        return rates
 
     def contact_force(self, side: float, z: Sequence[float], tau: float = 0.0) -> float:
         """Acceleration -g'' of flight towards the wall, a time after `reached`."""
@@ -182,33 +154,20 @@ class SolverRun:
         )
 
 
-def solve_restarted(
-    method: str, sticking: bool, scene: Scene, tolerance: float, max_evaluations: int
-) -> Solution:
-    """Run a scene.
-
-    Parameters
-    ----------
-    method : str
-        Of `scipy.integrate.solve_ivp`.
-    sticking : bool
-        Whether a burst's end becomes sticking. Without it a complete burst stalls.
-    scene, tolerance, max_evaluations
-        See `SolverRun`.
-    """
-    run = SolverRun(scene, method, tolerance, max_evaluations)
+def solve(scene: Scene, tolerance: float, max_evaluations: int) -> Solution:
+    """Run a scene; the arguments are those of `SolverRun`."""
+    run = SolverRun(scene, tolerance, max_evaluations)
     with warnings.catch_warnings():
-        # LSODA warns where it gives up, solve_ivp where it raises rtol; both are outcomes here.
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore")  # solve_ivp warns where it raises rtol
         try:
-            side, (x, v, gap, rate) = _follow(run, sticking)
+            side, (x, v, gap, rate) = _follow(run)
         except Stopped as stopped:
             return run.solution(stopped.args[0])
     away = side * (scene.parameters.clearance - gap)
     return run.solution(FINISHED, (x, v, x + away, v - side * rate))
 
 
-def _follow(run: SolverRun, sticking: bool) -> tuple[float, list[float]]:
+def _follow(run: SolverRun) -> tuple[float, list[float]]:
     """Go from event to event; return the wall and the state relative to it at the end."""
     p = run.scene.parameters
     r = p.restitution
@@ -221,22 +180,20 @@ def _follow(run: SolverRun, sticking: bool) -> tuple[float, list[float]]:
     if p.clearance == 0.0:
         z, _ = run.advance(Mode(0.0, (), together=True), merged(side, z))
         return 0.0, z
-    begin = run.reached
     touches = z[2] == 0.0 and z[3] < 0.0
-    stuck = sticking and z[2] == 0.0 and z[3] == 0.0 and _pushed(run, side, z)
+    stuck = z[2] == 0.0 and z[3] == 0.0 and _pushed(run, side, z)
     while True:
         if touches:
             approach = max(-z[3], 0.0)
-            run.impact(begin, side, approach)
+            run.impacts.append((run.reached, side, approach))
             z = [z[0], z[1] + side * share * (1.0 + r) * approach, 0.0, r * approach]
             force = run.contact_force(side, z)
             # What is left of the burst to first order, 2 w / (a (1 - r)), is within tolerance.
-            stuck = sticking and force > 0.0 and 2.0 * z[3] <= run.tolerance * force * (1.0 - r)
+            stuck = force > 0.0 and 2.0 * z[3] <= run.tolerance * force * (1.0 - r)
         if stuck:
             run.stick_times.append(run.reached)
             z = merged(side, z)
-        begin = run.reached
-        if begin >= run.scene.until:
+        if run.reached >= run.scene.until:
             return side, z
         if not stuck:
             side, z, touches = _fly(run, side, z)
@@ -309,17 +266,4 @@ def _derivatives(run: SolverRun, x: float, v: float) -> tuple[float, float]:
     return a, p.frequency_ratio * math.cos(angle) - 2.0 * p.damping_ratio * a - v
 
 
-def _solver(method: str, evaluations_per_second: float, sticking: bool = True) -> Solver:
-    def solve(scene: Scene, setting: float, max_evaluations: int) -> Solution:
-        return solve_restarted(method, sticking, scene, setting, max_evaluations)
-
-    return Solver("tolerance", -1, evaluations_per_second, solve)
-
-
-SOLVERS = {
-    "dop853": _solver("DOP853", 120_000),
-    "dop853_free": _solver("DOP853", 120_000, sticking=False),
-    "rk45": _solver("RK45", 100_000),
-    "lsoda": _solver("LSODA", 60_000),
-    "radau": _solver("Radau", 40_000),
-}
+SOLVER = Solver("tolerance", 120_000, solve)

@@ -1,1 +1,0 @@
-"""Figures of a calibration, one file for each kind."""

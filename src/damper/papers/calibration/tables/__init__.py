@@ -1,1 +1,0 @@
-"""Tables of a calibration, one file for each kind."""

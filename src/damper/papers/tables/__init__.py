@@ -1,0 +1,1 @@
+"""Tables of the papers' statements, one file for each kind."""

@@ -1,1 +1,0 @@
-"""Figures of a cost study, one file for each kind."""

@@ -1,1 +1,0 @@
-"""Tables of a cost study, one file for each kind."""

@@ -1,1 +1,0 @@
-"""Figures of a stress study, one file for each kind."""

@@ -1,1 +1,0 @@
-"""Tables of a stress study, one file for each kind."""
