@@ -225,10 +225,10 @@ def test_files_of_a_record(tmp_path: Path, text: str, given: dict[str, Any]) -> 
     ("text", "layout"),
     [
         ("0, 1\n1, 2.5\n", ""),
-        ("a b;c\n0;1\n1;2,5\n", "separated by semicolons, decimal commas"),
-        ("0\t1.0\n1\t2.5\n", "separated by tabs"),
-        ("0,0  1\n 1,0 2,5\n", "separated by blanks, decimal commas"),
-        ("0|1\n1|2.5\n", "separated by '|'"),
+        ("a b;c\n0;1\n1;2,5\n", "semicolons between columns, decimal commas"),
+        ("0\t1.0\n1\t2.5\n", "tabs between columns"),
+        ("0,0  1\n 1,0 2,5\n", "blanks between columns, decimal commas"),
+        ("0|1\n1|2.5\n", "'|' between columns"),
     ],
 )
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
@@ -298,7 +298,7 @@ def test_a_unit_in_a_head_is_understood_or_asked_about(
         ("0,1\n1\n2,3\n", {}, ", line 2: 1 column: must be two, time and value, and `delimiter`"),
         ("0|1\n1|2\n", {}, ", line 2: 1 column: must be two, time and value, and `delimiter`"),
         ("0,1,2\n1,2,3\n", {}, ", line 1: 3 columns: must be two, or `columns` has to say"),
-        ("0;1;2\n1;2;3\n", {}, ", line 1 (separated by semicolons): 3 columns: must be two, or"),
+        ("0;1;2\n1;2;3\n", {}, ", line 1 (semicolons between columns): 3 columns: must be two, or"),
         ("0,1,2\n1,2,3\n", {"columns": (0, -1)}, ", line 1: there is nothing in column -1"),
         ("0,1,2\n1,2\n", {"columns": (0, 2)}, ", line 2: there is nothing in column 2"),
         (
@@ -326,7 +326,7 @@ def test_a_unit_in_a_head_is_understood_or_asked_about(
         ("0,1e308\n1,-1e308\n", {}, ", line 2: value = -1e+308: the slope to it is infinite"),
         ("0,1\n1,1e999\n", {}, ", line 2: value = inf: must be a finite number"),
         ("0;1,000\n1;999.5\n", {}, ": decimal commas (line 1) and points (line 2): must be one"),
-        ("0;1.000,5\n1;2\n", {}, ", line 1 (separated by semicolons): '1.000,5' is no number"),
+        ("0;1.000,5\n1;2\n", {}, ", line 1 (semicolons between columns): '1.000,5' is no number"),
         ("time,a\ns,g\n0,1\n1,2\n", {}, ", line 2: 's' is no number"),
         ("\x1f\x8b", {}, ": is packed by gzip: must be unpacked"),
         ("PK\3\4", {}, ": is a workbook or another zip archive: must be saved as CSV"),

@@ -292,7 +292,7 @@ def test_check_says_how_the_file_of_a_record_is_read(
     (tmp_path / "comma.csv").write_text("0;0\n1;1,5\n2;0\n")
     load(tmp_path, "{kind: record, file: comma.csv}")
     assert check.main([str(tmp_path / "forces.yaml")]) == 0
-    said = "forces: the file of its record is read as separated by semicolons, decimal commas ("
+    said = "forces: the file of its record has semicolons between columns, decimal commas ("
     assert said in capsys.readouterr().out
 
 

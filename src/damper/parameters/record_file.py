@@ -80,7 +80,7 @@ class RecordFile:
     def found(self) -> str:
         """Separator and decimal sign in words; empty for commas and points."""
         named = SEPARATORS.get(self._separator, repr(self._separator))
-        words = "" if self._separator == "," else f"separated by {named}"
+        words = "" if self._separator == "," else f"{named} between columns"
         return words + (", decimal commas" if self._decimal == "," else "")
 
     @cached_property

@@ -84,7 +84,7 @@ def _notes(study: Any) -> Iterator[str]:
             f"their {study.force.kind} does, at {study.force.end:g}"
         )
     if layout := getattr(study.force, "layout", ""):
-        yield f"the file of its record is read as {layout} (forcing.delimiter may say otherwise)"
+        yield f"the file of its record has {layout} (forcing.delimiter may say otherwise)"
     found, most = estimate(study), machine_memory()
     for what, size in (
         ("a simulation job", found.job.memory),
