@@ -92,7 +92,7 @@ def test_every_regime_can_be_evaluated(cube: xr.Dataset) -> None:
     for regime in REGIMES:
         assert regime.holds(runs).dtype == bool
     given = runs.loc[BROKEN, [q.name for q in Parameters.quantities]].to_dict()
-    assert runs.support_damping[BROKEN] == Parameters(**given).support_damping
+    assert runs.support_damping[BROKEN] == Parameters(**given).support_damping_ratio
 
 
 def test_the_energy_balance_may_add_a_rounding_for_each_segment(cube: xr.Dataset) -> None:
