@@ -16,7 +16,7 @@ from damper.parameters.masses import split
 from damper.parameters.named import damper_of
 from damper.parameters.quantities import ALL, DIMENSIONLESS_NAMES, PARAMETER_NAMES
 from damper.parameters.variables import STATUS_MEANINGS
-from damper.sweep.record import masses_of, settings_of
+from damper.sweep.record import masses_of, setting_of
 
 #: Laws whose violation is a number worth reading; the other one either holds or does not.
 GRADED = tuple(name for name in LAW_NAMES if name != "not_finite")
@@ -119,7 +119,7 @@ def regimes(cube: xr.Dataset) -> list[Row]:
 
 def runs_of(cube: xr.Dataset) -> pd.DataFrame:
     """Every run of a cube, a row: laws, status, all quantities, the model, and the periods."""
-    runs, periods = records_of(cube), settings_of(cube)["periods"]
+    runs, periods = records_of(cube), setting_of(cube, "periods")
     if isinstance(periods, dict):
         time = periods["time"]
         raise ValueError(f"laws: the record is a time {time}: regimes need its length in cycles")

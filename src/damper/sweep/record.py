@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
 from typing import Any
 
 from damper.parameters.forcing import EACH_DRAW, FORCINGS, HARMONIC, Forcing, forcing_of
@@ -153,16 +152,20 @@ def settings_of(cube: Any) -> dict[str, Any]:
     """Return the settings of every run of a cube, as `damper.simulate` takes them."""
     from damper.parameters.run import DEFAULTS
 
-    def setting(value: Any, default: Any) -> Any:
+    return {name: setting_of(cube, name) for name in DEFAULTS}
+
+
+def setting_of(cube: Any, name: str) -> Any:
+    """Return one setting of every run of a cube; ValueError where the cube does not say it."""
+    from damper.parameters.run import DEFAULTS
+
+    def read(value: Any) -> Any:
         if not isinstance(value, str):
-            return type(default)(value)
+            return type(DEFAULTS[name])(value)
         time = value.removeprefix("time ")
         return {"time": time if time == END else float(time)}
 
-    return {
-        name: _said(cube, _ATTRIBUTES.get(name, name), partial(setting, default=default))
-        for name, default in DEFAULTS.items()
-    }
+    return _said(cube, _ATTRIBUTES.get(name, name), read)
 
 
 def _said(cube: Any, name: str, read: Callable[[Any], Any]) -> Any:
