@@ -40,7 +40,7 @@ HOME = {
     "events": "damper.sweep.events",
     "periodic_orbit": "damper.sweep.orbits.periodic",
     "run": "damper.notebook.run",
-    "simulate": "damper.study.simulation",
+    "simulate": "damper.notebook",
     "smallest_shock": "damper.sweep.orbits.shock",
     "EventKind": "damper.engine.segment",
     **dict.fromkeys(

@@ -5,7 +5,8 @@ import pytest
 from figures.drawing import made_up
 
 from damper.analysis.optimum import least
-from damper.figures.common.layout import edges, geometric, jumps, numbers, select, wrap
+from damper.analysis.places import geometric
+from damper.figures.common.layout import edges, jumps, numbers, select, wrap
 
 AXES = {"mass_ratio": [0.1, 0.2], "clearance": [0.5, 1.0, 1.5]}
 DIRECTIONS = {"direction": ["up", "down"]}
@@ -27,7 +28,7 @@ def test_selection_keeps_what_is_shown_and_squeezes_the_rest() -> None:
         ("chater", {}, (), r"unknown variable 'chater' \(did you mean 'chatter'\?\): must"),
         ("chatter", {}, ("gap",), r"unknown axis 'gap': must be one of mass_ratio, clearance"),
         ("chatter", {}, ("mass_ratio",), r"clearance has 3 values but no place.*'clearance': 0.5"),
-        ("chatter", {"clearance": 0.9}, (), r"clearance = 0.9 is not.*its 3 .*nearest is 1.0"),
+        ("chatter", {"clearance": 1.8}, (), r"clearance = 1.8: outside .* 0.5 to 1.5; the .* is 1.5"),
         ("chatter", {"gap": 1.0}, (), r"no axis 'gap' with 1.0: must be one of mass_ratio"),
         ("chatter", {"restitution": 0.7}, (), r"no axis 'restitution' with 0.7"),
         ("chatter", {"direction": "left"}, (), r"direction = 'left': must be one of up, down"),

@@ -87,8 +87,6 @@ def test_zero_is_rest() -> None:
 
 def test_draws_are_a_dimension(tmp_path: Path) -> None:
     """The same ones at every point, each as if given by itself, and again by the accessor."""
-    import damper.notebook  # noqa: F401 - registers it
-
     given = {**REST, "frequency_ratio": [0.8, 1.1]}
     cube = simulate(**given, **RUN, draws=DRAWS)
     assert cube.displacement.dims == ("frequency_ratio", "draw", "sample")

@@ -2,6 +2,7 @@
 
 import inspect
 import itertools
+import math
 import sys
 from typing import Any
 
@@ -218,3 +219,16 @@ def test_what_cannot_end_is_refused() -> None:
     """Each reason: tests/study/test_estimate.py."""
     with pytest.raises(ValueError, match=r"^bursts: one run keeps 88 TB"):
         simulate(**POINT, **SHORT, observers={"bursts": {"records": 10**12}})
+
+
+def test_values_of_equal_steps_are_found_by_their_decimals() -> None:
+    """As `numpy.linspace` makes them, with roundoff; and no number that is more than that moves."""
+    cube = simulate(
+        mass_ratio=0.1, damping_ratio=0.02, frequency_ratio=[math.tau / 6, math.tau / 7],
+        clearance=np.linspace(0.1, 0.5, 5), restitution=0.5, periods=1, transient=0,
+        initial_position=np.arange(-0.3, 0.31, 0.1), observers=["impacts"],
+    )  # fmt: skip
+    assert np.linspace(0.1, 0.5, 5)[2] != 0.3
+    assert cube.sel(clearance=0.3, initial_position=0.0).clearance == 0.3
+    assert cube.initial_position.values.tolist() == [-0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3]
+    assert cube.frequency_ratio.values.tolist() == [math.tau / 6, math.tau / 7]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -11,7 +12,7 @@ import numpy as np
 
 from damper.parameters.lazy import pd, xr
 from damper.parameters.names import unknown_name
-from damper.parameters.quantities import quantities_in
+from damper.parameters.quantities import ALL, check_quantity, quantities_in
 from damper.sweep.grid import product
 
 #: Values of an axis, as they come.
@@ -51,6 +52,50 @@ def within(values: Values, low: float = -math.inf, high: float = math.inf) -> Va
     ends = [end for end in (low, high) if math.isfinite(end)]
     near = _ROUNDING * max(map(abs, ends), default=0.0)
     return (values >= low - near) & (values <= high + near)  # type: ignore[return-value]
+
+
+def value_on(axis: xr.DataArray, value: Any) -> Any:
+    """Return the value of an axis nearest to a value at most half a step away from it.
+
+    A warning names the value taken, where the difference is more than rounding. Of a dimension
+    that is no quantity, such as ``direction``, only its own values are taken.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a value farther away, with the range of the axis and its nearest value.
+    """
+    name, values = str(axis.name), axis.values.ravel()
+    if name not in ALL:
+        known = {str(one): one for one in values.tolist()}
+        if str(value) not in known:
+            raise ValueError(f"{name} = {value!r}: must be one of {', '.join(known)}")
+        return known[str(value)]
+    values, value = np.sort(values), check_quantity(name, value)
+    grid, at = values, value
+    if geometric(values):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            grid, at = np.log(values), np.log(value)
+    half = 0.5 * np.diff(grid) if grid.size > 1 else np.zeros(1)
+    slack = _ROUNDING * abs(grid).max()
+    nearest = float(values[np.argmin(abs(grid - at))])
+    if not grid[0] - half[0] - slack <= at <= grid[-1] + half[-1] + slack:
+        raise ValueError(
+            f"{name} = {value!r}: outside the cube, which has {values[0]:g} to {values[-1]:g}; "
+            f"the nearest value is {nearest!r}"
+        )
+    if abs(nearest - value) > _ROUNDING * abs(values).max():
+        words = f"{name} = {value!r} is no value of the cube: the nearest, {nearest!r}, is taken"
+        warnings.warn(words, stacklevel=3)
+    return nearest
+
+
+def geometric(values: np.ndarray) -> bool:
+    """Whether at least three values keep one ratio, so that a logarithmic axis suits them."""
+    if len(values) < 3 or values.min() <= 0.0:
+        return False
+    ratios = values[1:] / values[:-1]
+    return bool(np.allclose(ratios, ratios[0], rtol=1e-6))
 
 
 def rows_at(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis.labels import label_of
+from damper.analysis.places import geometric
 from damper.analysis.runs import runs
 from damper.figures.common import layout, panels, style
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
@@ -243,7 +244,7 @@ def _directions(panel: xr.Dataset) -> Iterator[tuple[str | None, xr.Dataset]]:
 
 def _points(ax: Axes, panel: xr.Dataset, along: str, name: str) -> None:
     grid = panel[along].values
-    if layout.geometric(grid):
+    if geometric(grid):
         ax.set_xscale("log")
     if len(grid) > 1:
         ax.set_xlim(grid.min(), grid.max())

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from damper.analysis.convergence import distance_to_rigid, order_of_convergence
+from damper.analysis.places import value_on
 from damper.figures.common.layout import place_label, place_text, wrap
 from damper.figures.common.panels import finish, legend_line, note_empty_panel, panel_grid
 from damper.figures.common.style import BLUE, COLUMN, VERMILION, label
@@ -51,7 +52,8 @@ def draw(results: Mapping[str, Any], settings: Convergence) -> Figure:
     """
     cube = results["cube"]
     variables, along, lines = settings.variables, settings.along, settings.lines
-    place = cube.sel(settings.at or {}).sortby(along)
+    at = {name: value_on(cube[name], value) for name, value in (settings.at or {}).items()}
+    place = cube.sel(at).sortby(along)
     found = distance_to_rigid(place, variables, along)
     height = 1.2 + _PANEL * len(variables)
     figure, axes = panel_grid(len(variables), width=COLUMN, height=height)

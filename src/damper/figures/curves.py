@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.places import in_millimetres
+from damper.analysis.places import geometric, in_millimetres
 from damper.analysis.reduction import BEST, MEDIAN, REDUCTIONS, least, reduced, runs_over
 from damper.figures.common import layout, panels
 from damper.figures.common.style import BLACK, BLUE, COLUMN, RATIOS, SYMBOLS, label
@@ -326,7 +326,7 @@ def _dress(ax: Axes, place: xr.Dataset, name: str, along: str, log: bool) -> Non
     from matplotlib.ticker import MaxNLocator
 
     grid = place[along].values
-    if layout.geometric(grid):
+    if geometric(grid):
         ax.set_xscale("log")
     ax.set_xlim(grid.min(), grid.max())
     if not any(np.isfinite(line.get_ydata()).any() for line in ax.lines):

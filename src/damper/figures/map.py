@@ -11,7 +11,7 @@ from pydantic import Field
 from damper.analysis.labels import label_of
 from damper.analysis.motions import attractors
 from damper.analysis.optimum import CONTACT, SAME, contact, from_exact_rest
-from damper.analysis.places import in_millimetres
+from damper.analysis.places import geometric, in_millimetres
 from damper.analysis.reduction import REDUCTIONS, least, reduced, worst
 from damper.analysis.stretches import half_gap
 from damper.figures.common import layout, panels, style
@@ -370,7 +370,7 @@ def _cells(
     else:
         mesh = ax.pcolormesh(ends, layout.edges(levels), values, **look)
     for name, axis in ((x, "x"), (y, "y")):
-        if layout.geometric(panel[name].values):
+        if geometric(panel[name].values):
             ax.set(**{f"{axis}scale": "log"})
     layout.few_decades(ax)
     ax.spines[:].set_visible(True)

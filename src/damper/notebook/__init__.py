@@ -1,6 +1,23 @@
 """`damper.run` and the accessor ``cube.damper``, for notebooks and shells.
 
-``import damper.notebook`` gives every xarray.Dataset that a study made an accessor ``damper``.
+`damper.simulate`, `damper.run` and ``import damper.notebook`` give every xarray.Dataset an accessor
+``damper``.
 """
 
-from damper.notebook import accessor as accessor
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from damper.study.simulation import simulate as simulate
+
+if TYPE_CHECKING:
+    from damper.notebook.accessor import CubeAccessor
+
+
+@xr.register_dataset_accessor("damper")
+def _of_cube(cube: xr.Dataset) -> CubeAccessor:
+    from damper.notebook.accessor import CubeAccessor  # figures with it
+
+    return CubeAccessor(cube)

@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import xarray as xr
 
-from damper.analysis.places import fixed_values, need_coordinates, need_cube
+from damper.analysis.places import fixed_values, need_coordinates, need_cube, value_on
 from damper.engine.loop import FINISHED
-from damper.figures.common.layout import geometric
 from damper.notebook.run import Run, drawn, recorded
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.lazy import Figure
 from damper.parameters.named import damper_of
 from damper.parameters.names import unknown_name
-from damper.parameters.quantities import ALL, check_quantity, quantities_in
+from damper.parameters.quantities import quantities_in
 from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
 from damper.sweep.record import followed, force_of, masses_of, primary_of, settings_of
 from damper.sweep.runs import last_of_chain
@@ -26,19 +24,18 @@ if TYPE_CHECKING:
     from damper.observers.common.base import Window
 
 
-@xr.register_dataset_accessor("damper")
 class CubeAccessor:
     """Figures of a cube, and runs of its points: ``cube.damper``.
 
     A point is given by its values along the cube's dimensions, such as
     ``cube.damper.history(restitution=0.6, frequency_ratio=1.3)``, and by its ``direction`` and
-    ``draw``; the nearest one of the grid is taken, at most half a step away. A dimension with a
-    single value may be left out. A point of a continuation moves as in the cube: its branch is run
-    again up to this point.
+    ``draw``; the nearest one of the grid is taken, at most half a step away, and a warning names
+    it. A dimension with a single value may be left out. A point of a continuation moves as in the
+    cube: its branch is run again up to this point.
 
     Examples
     --------
-    >>> import damper, damper.notebook
+    >>> import damper
     >>> cube = damper.simulate(mass_ratio=0.1, damping_ratio=0.02, frequency_ratio=1.3,
     ...                        clearance=0.05, restitution=[0.3, 0.6], transient=20, periods=5)
     >>> run = cube.damper.run(restitution=0.3)
@@ -127,7 +124,7 @@ class CubeAccessor:
         place = {}
         for name, axis in axes.items():
             if name in point:
-                place[name] = _nearest(axis, point[name])
+                place[name] = value_on(axis, point[name])
             elif axis.size > 1:
                 raise ValueError(
                     f"{name} is not given; a point says where it lies along {', '.join(axes)}"
@@ -135,27 +132,3 @@ class CubeAccessor:
             else:
                 place[name] = axis.item()
         return place
-
-
-def _nearest(axis: xr.DataArray, value: Any) -> Any:
-    """Value of an axis at most half a step of it from a value; of a branch, that value."""
-    name, values = str(axis.name), np.sort(axis.values)
-    if name not in ALL:
-        known = {str(one): one for one in values.tolist()}
-        if str(value) not in known:
-            raise ValueError(f"{name} = {value!r}: must be one of {', '.join(known)}")
-        return known[str(value)]
-    value = check_quantity(name, value)
-    grid, at = values, value
-    if geometric(values):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            grid, at = np.log(values), np.log(value)
-    half = 0.5 * np.diff(grid) if grid.size > 1 else np.zeros(1)
-    slack = 1e-9 * abs(grid).max()
-    nearest = float(values[np.argmin(abs(grid - at))])
-    if not grid[0] - half[0] - slack <= at <= grid[-1] + half[-1] + slack:
-        raise ValueError(
-            f"{name} = {value!r}: outside the cube, which has {values[0]:g} to {values[-1]:g}; "
-            f"the nearest value is {nearest!r}"
-        )
-    return nearest

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from damper.analysis.places import in_millimetres
+from damper.analysis.places import geometric, in_millimetres
 from damper.figures.bifurcation import LOGARITHMIC, with_relative
-from damper.figures.common.layout import geometric, numbers, select
+from damper.figures.common.layout import numbers, select
 from damper.figures.common.style import LONG_NAMES, RATIOS
 from damper.figures.map import ABOUT_ONE, best_places, classified
 from damper.observers.bursts import Bursts

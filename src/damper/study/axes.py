@@ -6,8 +6,12 @@ computed with `decimal` from the numbers as written and becomes a float once, at
 
 from __future__ import annotations
 
+import math
+import sys
+from collections.abc import Sequence
 from decimal import Context, Decimal, localcontext
 from functools import lru_cache
+from itertools import pairwise
 
 MOST_VALUES = 1_000_000
 """An axis longer than this is a slip of the pen."""
@@ -80,6 +84,29 @@ def _geometric(first: Decimal, last: Decimal, num: int | None) -> list[Decimal]:
         value *= factor
         values.append(rounded.plus(value))
     return [*values, last]
+
+
+def clean(values: Sequence[float]) -> list[float]:
+    """Return values that differ from decimals of 12 digits by roundoff alone as these decimals.
+
+    Roundoff in equal steps is that of the largest value.
+
+    Examples
+    --------
+    >>> clean([0.1, 0.1 + 0.1 + 0.1, 0.5]), clean([-0.1, 1.4e-17, 0.1]), clean([1e-17, 1 / 3])
+    ([0.1, 0.3, 0.5], [-0.1, 0.0, 0.1], [1e-17, 0.3333333333333333])
+    """
+    steps = [b - a for a, b in pairwise(values)]
+    size = max(map(abs, values))
+    even = len(steps) > 1 and max(steps) - min(steps) <= 1e-9 * size
+    return [_clean(value, size if even else abs(value)) for value in values]
+
+
+def _clean(value: float, size: float) -> float:
+    if not (size and math.isfinite(size)):
+        return value
+    near = round(value, 11 - math.floor(math.log10(size))) + 0.0
+    return near if abs(near - value) <= 4.0 * sys.float_info.epsilon * size else value
 
 
 def _decimal(number: float) -> Decimal:

@@ -16,6 +16,7 @@ from damper.parameters.names import OF_ANY_MASS, unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered
 from damper.parameters.quantity import filled, real
 from damper.parameters.run import DEFAULTS, settings_text
+from damper.study.axes import clean
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.cube import REFERENCES, gather
 from damper.sweep.points import need_parameters
@@ -48,7 +49,8 @@ def simulate(
     The parameters are those of `damper.Parameters`, or in their place those of
     `damper.SIParameters`: then initial quantities, yield speed and dataset are in m, s and J, too.
     A sequence makes a dimension of its name, in the order of these classes; a number makes a scalar
-    coordinate.
+    coordinate. Values of a sequence that are decimals but for roundoff, as `numpy.linspace` makes
+    them, become these decimals, so that ``cube.sel(clearance=0.3)`` finds them.
 
     Parameters
     ----------
@@ -156,7 +158,8 @@ def simulate(
             raise ValueError(f"{wanted}, not an array of shape {column.shape}")
         for item in value if isinstance(value, list | tuple) else ():
             real(name, item)  # numpy makes text of all items where one is text
-        axes[name] = column.tolist()
+        numbers = column.dtype.kind in "iuf"
+        axes[name] = clean(column.tolist()) if numbers else column.tolist()
         most, times = Counter(axes[name]).most_common(1)[0]
         if times > 1:
             raise ValueError(f"{name}: {most!r} is given {times} times")

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from damper.analysis.places import geometric, value_on
 from damper.analysis.reduction import runs_over
 from damper.figures.common import style
 from damper.parameters.forcing import force_text
@@ -49,8 +50,8 @@ def select(
     Raises
     ------
     ValueError
-        For an unknown variable or axis, a value that the axis does not have (with the nearest),
-        or a dimension without a place.
+        For an unknown variable or axis, a value farther than half a step from those of the axis
+        (with the nearest), or a dimension without a place.
     """
     for name in variables:
         if name not in cube:
@@ -58,7 +59,7 @@ def select(
     place = cube[list(variables)]
     for name, value in (at or {}).items():
         if name in place.dims:
-            place = place.sel({name: _listed(place, name, value)})
+            place = place.sel({name: value_on(place[name], value)})
         elif name not in place.coords or place[name].item() != value:
             known = ", ".join(map(str, place.dims))
             raise ValueError(f"at: no axis {name!r} with {value!r}: must be one of {known}")
@@ -188,14 +189,6 @@ def legend(figure: Figure, handles: Sequence[Artist]) -> int:
     return rows + len(lines) - len(handles)
 
 
-def geometric(values: np.ndarray) -> bool:
-    """Whether at least three values keep one ratio, so that a logarithmic axis suits them."""
-    if len(values) < 3 or values.min() <= 0.0:
-        return False
-    ratios = values[1:] / values[:-1]
-    return bool(np.allclose(ratios, ratios[0], rtol=1e-6))
-
-
 def few_decades(ax: Axes) -> None:
     """Mark logarithmic axes over less than two decades at 1, 2 and 5 (or more), in plain numbers.
 
@@ -237,19 +230,6 @@ def section_text(array: xr.DataArray) -> list[str]:
     text = array.attrs.get("long_name", "")  # "primary displacement once per cycle"
     where = text.removeprefix("primary displacement ").removeprefix("primary velocity ")
     return [f"section {where}"] if where else []
-
-
-def _listed(place: xr.Dataset, name: str, value: Any) -> Any:
-    values = place[name].values.tolist()
-    if value in values:
-        return value
-    if isinstance(value, str):
-        raise ValueError(f"at: {name} = {value!r}: must be one of {', '.join(map(str, values))}")
-    close = min(values, key=lambda listed: abs(listed - value))
-    raise ValueError(
-        f"at: {name} = {value!r} is not in the cube: must be one of its {len(values)} values; "
-        f"the nearest is {close!r}"
-    )
 
 
 def _words(text: str) -> list[str]:
