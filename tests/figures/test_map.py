@@ -283,8 +283,17 @@ def test_what_no_contact_means_from_exact_rest() -> None:
     }
     rest, moving = (simulate(**common, initial_relative_velocity=v) for v in (0.0, 1e-3))
     held = simulate(**common, support_stiffness_ratio=0.1)
+    rubbing = simulate(**common, friction=0.1)
     words = " from exact rest (neutrally stable without friction)"
-    for cube, text in ((rest, words), (moving, ""), (held, "")):
+    idle = int((rest.impacts_per_period == 0).sum())
+    assert rest.attrs["runs_idle_from_rest"] == idle > 0
+    for cube, text in ((rest, words), (moving, ""), (held, ""), (rubbing, "")):
+        assert ("runs_idle_from_rest" in cube.attrs) == bool(text)
+        for kind in ("bifurcation", "curves"):
+            settings = {"along": "frequency_ratio", "variables": ["rms_displacement"]}
+            figure = drawn(kind, cube, **settings, at={"clearance": 9.0})
+            heading = figure.get_suptitle().replace("\n", " ")
+            assert ("where idle, from exact rest alone" in heading) == bool(text)
         assert f"walls never touched{text}" in legend_texts(the_map(cube, "rms_ratio"))
         assert legend_texts(the_map(cube, "chatter"))[0] == f"no contact{text}"
 

@@ -87,6 +87,17 @@ def test_runs_that_stopped_early_are_counted(tmp_path: Path) -> None:
     ]
 
 
+def test_idle_runs_from_exact_rest_are_counted(tmp_path: Path) -> None:
+    point = {"mass_ratio": 0.1, "damping_ratio": 0.02, "frequency_ratio": 1.3, "restitution": 0.4}
+    run = {"transient": 1, "periods": 5, "observers": "impacts", "clearance": [0.05, 50.0]}
+    made(tmp_path)
+    for start, words in ((0.0, True), (1e-3, False)):
+        cube = damper.simulate(**point, **run, initial_relative_velocity=start)
+        write_cube(cube, tmp_path / "restitution/cube.nc")
+        text = made(tmp_path).text
+        assert ("1 of 2 runs never touch a wall: all runs start at exact rest" in text) == words
+
+
 @pytest.mark.parametrize("kind", [*FIGURES, *TABLES])
 def test_every_kind_has_a_caption_that_renders(kind: str) -> None:
     text = captions(CAPTIONS, [kind])[kind]({"variables": ["displacement", "peak_displacement"]})

@@ -180,6 +180,24 @@ def test_check_prints_a_table_and_what_is_wrong(tmp_path: Path) -> None:
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("moved", "noted"),
+    [
+        ({}, True),
+        ({"initial": "steady"}, False),
+        ({"draws": {"count": 2, "seed": 1, "initial_relative_velocity": [-1, 1]}}, False),
+        ({"parameters": LARGE["parameters"] | {"friction": 0.1}}, False),
+    ],
+)
+def test_check_says_that_all_runs_start_at_exact_rest(
+    moved: dict[str, Any], noted: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "small.yaml"
+    path.write_text(yaml.safe_dump(LARGE | moved, sort_keys=False))
+    assert check.main([str(path)]) == 0
+    assert ("small: all runs start at exact rest" in capsys.readouterr().out) == noted
+
+
 def test_check_names_what_this_machine_cannot_hold(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -212,10 +230,11 @@ def test_check_says_what_is_still_to_be_compiled(
 
     def printed() -> str:
         check.main([str(STUDIES / f"{name}.yaml") for name in ("modulated", "burst")])
-        return capsys.readouterr().out
+        lines = capsys.readouterr().out.splitlines()
+        return "\n".join(line for line in lines if "all runs start at exact rest" not in line)
 
     monkeypatch.setattr(compiled.Compiled, "_note", noted)
-    more = "to compile for the model {} takes some {} more, the first time\n"
+    more = "to compile for the model {} takes some {} more, the first time"
     both = more.format("rigid, time_varying", "2 min")
     assert printed().endswith(f"disk: slices and cube.\nmodulated: {both}")
     asked.clear()

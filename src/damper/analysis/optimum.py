@@ -11,7 +11,6 @@ from damper.analysis.places import need_axes, need_variables, places, within
 from damper.analysis.reduction import as_low, dimensions, least
 from damper.analysis.reduction import worst as worst_of
 from damper.parameters.lazy import pd, xr
-from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.quantity import in_range
 
 #: Rms ratio below which damping is good, and amplitude ratio below which the damped band lies.
@@ -193,38 +192,6 @@ def damping_shares(
         "amplified_below": _share(amplified & below, below),
         "amplified_above": _share(amplified & above, above),
     }
-
-
-#: Quantities that hold a free mass in its place.
-_HELD = ("support_stiffness_ratio", "support_stiffness")
-
-#: Variables that tell whether the walls are touched.
-CONTACT = ("impacts_per_period", "bursts_per_period", "sticking_fraction")
-
-
-def contact(cube: xr.Dataset) -> xr.DataArray | None:
-    """Return whether the walls are touched at each point, NaN where a run stopped.
-
-    Is None if the cube holds no impacts and no bursts.
-    """
-    known = [cube[name] for name in CONTACT if name in cube]
-    if not known:
-        return None
-    touched = known[0] > 0.0
-    for one in known[1:]:
-        touched = touched | (one > 0.0)
-    return touched.where(known[0].notnull())
-
-
-def from_exact_rest(cube: xr.Dataset) -> bool:
-    """Whether all runs start at exact rest, and nothing but that holds the free mass.
-
-    A free mass at rest between its walls may stay there for ever, while any relative velocity takes
-    it to a wall. Such runs say nothing about the damper.
-    """
-    starts = [cube[name] for name in cube.coords if name in (*INITIAL_NAMES, *_HELD)]
-    moved = any((one != 0.0).any() for one in starts)
-    return cube.attrs.get("primary_starts", "") == "rest" and not moved
 
 
 def _need_observers(cube: xr.Dataset, *of_response: str) -> None:

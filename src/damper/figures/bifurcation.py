@@ -342,6 +342,7 @@ def _remarks(place: xr.Dataset, variables: Sequence[str]) -> list[str]:
         drawn = [n for n in quantities_in(place.coords) if place[n].dims == ("draw",)]
         what = "initial states" if set(drawn) <= {*INITIAL_NAMES} else "draws"
         remarks += [f"{place.sizes['draw']} random {what}"]
+    remarks += layout.idle(place)
     sampled = [name for name in variables if name not in (*LOGARITHMIC, _MULTIPLIER)]
     return remarks + (layout.section_text(place[sampled[0]]) if sampled else [])
 

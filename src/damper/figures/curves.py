@@ -145,7 +145,7 @@ def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
     handles += _handles(of, place, variables, settings)
     if settings.slope is not None:
         handles.append(panels.legend_line(f"slope {settings.slope:g}", **_GUIDE))
-    remarks = layout.reductions(cube, settings)
+    remarks = layout.reductions(cube, settings) + layout.idle(cube)
     if settings.best:
         remarks.append("best: lowest peak over the band")
     return panels.finish(figure, place, settings.caption, handles, remarks, room=3)

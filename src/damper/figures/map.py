@@ -10,7 +10,7 @@ from pydantic import Field
 
 from damper.analysis.labels import label_of
 from damper.analysis.motions import attractors
-from damper.analysis.optimum import CONTACT, SAME, contact, from_exact_rest
+from damper.analysis.optimum import SAME
 from damper.analysis.places import geometric, in_millimetres
 from damper.analysis.reduction import REDUCTIONS, least, reduced, worst
 from damper.analysis.stretches import half_gap
@@ -22,6 +22,7 @@ from damper.study import products
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.yaml_file import join_names
+from damper.sweep.idle import CONTACT, contact, from_exact_rest
 from damper.sweep.record import observers_of
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ from typing import Any
 
 import damper
 from damper.report.documents import table_in
-from damper.report.stopped import stopped_early
+from damper.report.stopped import idle_runs, stopped_early
 
 #: Rows of a table that the page shows; the rest is in the file.
 SHOWN_ROWS = 40
@@ -98,6 +98,7 @@ class Chapter:
     figures: Sequence[Figure] = ()
     tables: Sequence[ShownTable] = field(default_factory=tuple)
     stopped: str = ""
+    idle: str = ""
     interactive: Sequence[tuple[str, str, str]] = ()
     """Path of each interactive figure, without suffix, its caption, and what to see in it."""
     provenance: Mapping[str, str] = field(default_factory=dict)
@@ -140,6 +141,7 @@ def chapter(about: Mapping[str, Any], results: Path) -> Chapter:
         ],
         [_table(path, kind, results) for path, kind in about["tables"]],
         stopped_early(cube) if cube.is_file() else "",
+        idle_runs(cube) if cube.is_file() else "",
         about.get("interactive", ()),
         _provenance(cube) if cube.is_file() else {},
         "interactive" in about,

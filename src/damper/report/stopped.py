@@ -1,4 +1,4 @@
-"""Runs that stopped early: how many each study has, for the page and for the end of a run."""
+"""Runs that stopped early, and idle runs: how many each study has, for those who read results."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -14,6 +14,15 @@ def stopped_early(cube: Path) -> str:
     with Dataset(cube) as file:
         stopped = int(getattr(file, "runs_stopped_early", 0))
         return f"{stopped} of {int(file.runs)} runs stopped early" if stopped else ""
+
+
+def idle_runs(cube: Path) -> str:
+    """Return how many runs of a cube are idle because they start at exact rest, in words."""
+    from netCDF4 import Dataset
+
+    with Dataset(cube) as file:
+        idle = int(getattr(file, "runs_idle_from_rest", 0))
+        return f"{idle} of {int(file.runs)} runs never touch a wall" if idle else ""
 
 
 def stopped_lines(results: Path, studies: Iterable[str]) -> list[str]:

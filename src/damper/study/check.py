@@ -15,6 +15,7 @@ from damper.study.config import ConfigError, Study, load_study
 from damper.study.estimate import COMPILE_SECONDS, PLAIN_SECONDS, estimate
 from damper.study.yaml_file import join_names
 from damper.sweep.estimate import amount, duration, machine_memory
+from damper.sweep.idle import starts_at_exact_rest
 
 _COLUMNS = ("slices", "points", "runs", "impacts", "time", "job", "memory", "gather", "disk")
 
@@ -85,6 +86,12 @@ def _notes(study: Any) -> Iterator[str]:
         )
     if layout := getattr(study.force, "layout", ""):
         yield f"the file of its record has {layout} (forcing.delimiter may say otherwise)"
+    if starts_at_exact_rest(study.initial, study.ends):
+        yield (
+            "all runs start at exact rest, where a free mass out of the walls' reach stays idle; "
+            "any relative velocity ends that: give initial_relative_velocity, or draws of it, to "
+            "see the other motions"
+        )
     found, most = estimate(study), machine_memory()
     for what, size in (
         ("a simulation job", found.job.memory),

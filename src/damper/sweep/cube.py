@@ -13,6 +13,7 @@ import xarray as xr
 from damper.parameters.quantities import ALL, is_si, quantities_in
 from damper.parameters.units import AMPLITUDES, FORCE, FREE, attributes_of, name_of
 from damper.parameters.variables import NO_VALUE, OWN_DIMENSIONS, SI_UNITS, STATUS, Variable
+from damper.sweep.idle import idle_from_rest
 from damper.sweep.parts import PartData
 
 #: Of a file's metadata: a long name and units for each variable, flags with their meanings.
@@ -164,7 +165,7 @@ def gather(
     -------
     xarray.Dataset
         Its attributes name the ``quantities`` of a run, and count the ``runs``, and of these
-        ``runs_stopped_early``.
+        ``runs_stopped_early``, and ``runs_idle_from_rest`` if there are any.
     """
     parts = _whole(parts)
     inner = [name for name in axes if name not in fan_axes]
@@ -189,6 +190,7 @@ def gather(
         "quantities": " ".join([*axes, *fixed, *first["labels"]]),
         "runs": cube.status.size,
         "runs_stopped_early": int((cube.status != 0).sum()),
+        **idle_from_rest(cube),
     }
     if seeds := first.get("noise_seeds"):
         cube.coords["noise_seed"] = described(_NOISE_SEED, np.array(seeds))

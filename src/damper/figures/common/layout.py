@@ -166,6 +166,11 @@ def reductions(cube: xr.Dataset, settings: Any) -> list[str]:
     return remarks
 
 
+def idle(place: xr.Dataset) -> list[str]:
+    """Say for a heading that runs of the cube are idle because they start at exact rest."""
+    return ["where idle, from exact rest alone"] if place.attrs.get("runs_idle_from_rest") else []
+
+
 def legend(figure: Figure, handles: Sequence[Artist]) -> int:
     """Put a legend below all panels, where it hides nothing, in as many columns as fit.
 
