@@ -115,6 +115,17 @@ def test_a_curve_along_two_quantities_of_one_mass() -> None:
         assert abs(plain(periodic_orbit)(p).multipliers + 1.0).min() < 1e-8
 
 
+def test_a_motion_that_is_not_expected_is_named() -> None:
+    entries = {"two": ENTRY | {"expect": "R1 L1"}, "three": ENTRY | {"expect": "R2 L1"}}
+    found = plain(follow_orbits)(entries, FIXED, {**AXES, "restitution": (0.5,)})
+    for name in AXES:
+        found[name].attrs["axis"] = 1
+    assert (found.branch.values == 0).all()
+    assert found.first_end.values[1] == "the run at 4.7 is R1 L1, not R2 L1"
+    text = make({"orbits": found}, SpecialPoints.model_construct()).markdown()
+    assert "three (restitution 0.5) ends where the run at 4.7 is R1 L1, not R2 L1" in text
+
+
 def test_table(branches: xr.Dataset) -> None:
     table = make({"orbits": branches}, SpecialPoints.model_construct())
     first = table.data[table.data.restitution == 0.5].iloc[0]

@@ -67,8 +67,9 @@ def follow_orbits(
     ----------
     entries : mapping
         Name of the motion -> `along`, the axis; `start`, the value at which a run from rest settles
-        on the motion; `period`; `settle`, periods of that run; `max_orbits`; `at`, values of other
-        axes; `curves`, kind of a special point -> parameter -> range.
+        on the motion; `period`; `expect`, the word it must have, if any; `settle`, periods of that
+        run; `max_orbits`; `at`, values of other axes; `curves`, kind of a special point -> parameter
+        -> range.
     fixed, axes : mapping
         Values of the study's quantities.
     at : float, default 0
@@ -179,6 +180,9 @@ def _branch(entry: Mapping[str, Any], values: Mapping[str, Any], along: Sequence
     p = damper_of({**values, name: entry["start"]})
     try:
         orbit = periodic_orbit(p, entry["period"], settle=entry["settle"])
+        if entry.get("expect") not in (None, orbit.word):
+            found = f"is {orbit.word}" if orbit.word else "has no impacts"
+            raise ValueError(f"the run at {entry['start']:g} {found}, not {entry['expect']}")
     except ValueError as error:
         return Branch(name, (), (), (str(error), str(error)))
     return continue_orbit(orbit, name, *ends, max_orbits=entry["max_orbits"])

@@ -356,6 +356,14 @@ class FollowedOrbit(Strict):
     period: Annotated[
         int, Unit("forcing periods"), Field(ge=1, le=64, description="After which it repeats.")
     ] = 1
+    expect: Annotated[
+        Line | None,
+        Field(
+            description="Word of the motion that the run is to have, such as R1 L1 for one impact "
+            "on each wall, as the table special_points writes it; a motion with another word is "
+            "not followed, and the table names it. Any motion when not given."
+        ),
+    ] = None
     max_orbits: Annotated[
         int, Field(ge=1, le=100_000, description="Orbits after which to stop, either way.")
     ] = 500
