@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import studies
 import xarray as xr
@@ -18,12 +19,14 @@ from damper.analysis.orbits import follow_orbits
 from damper.engine.compiled import plain
 from damper.models import model_of
 from damper.parameters.forcing import FORCINGS, Forcing
+from damper.report.interactive import interactive
 from damper.study import check
 from damper.study.config import ConfigError, load_study
 from damper.study.fingerprint import fingerprint
 from damper.study.jobs import file_digest, read_files
 from damper.study.parts import engine_parts
 from damper.sweep.record import force_of
+from damper.tables import Table
 
 ROOT = Path(__file__).parents[2]
 SCHEMA = Draft202012Validator(json.loads((ROOT / "config/schema/study.schema.json").read_text()))
@@ -134,6 +137,16 @@ def test_si_units(tmp_path: Path, said: str, amplitude: float, unit: str) -> Non
     direct = simulated(said, **given, restitution=0.6, gap=[0.02, 0.04])
     same(cube, direct)
     assert cube.force_amplitude.attrs["units"] == direct.force_amplitude.attrs["units"] == unit
+    # So does all that people read: the page with its sliders, and tables.
+    assert study.values["force_amplitude"] == f"{amplitude:g} {unit}"
+    about = {"fixed": study.fixed, "axes": study.axis_values, "primary": "rest", "draws": {}}
+    about |= {"follow": {}, "run": study.run, "observers": {}}
+    settings = {"kind": "bifurcation", "along": "gap", "variables": ["peak_displacement"]}
+    shown = {one["name"]: one for one in interactive(cube, settings, about)["parameters"]}
+    milli = {"m": "mm"}
+    assert shown["force_amplitude"]["units"] == milli.get(unit, unit)
+    table = Table.of(cube, "a table", pd.DataFrame(), []).markdown()
+    assert f"force amplitude {amplitude:g} {unit}, " in table
     values = values.replace(f"force_amplitude: {amplitude}", "gravity: 0")
     with pytest.raises(ConfigError, match=f"force_amplitude >= 0 in {unit}, under"):
         load(tmp_path, said, text=SI_STUDY.replace("{}", values))

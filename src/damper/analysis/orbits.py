@@ -68,8 +68,8 @@ def follow_orbits(
     entries : mapping
         Name of the motion -> `along`, the axis; `start`, the value at which a run from rest settles
         on the motion; `period`; `expect`, the word it must have, if any; `settle`, periods of that
-        run; `max_orbits`; `at`, values of other axes; `curves`, kind of a special point -> parameter
-        -> range.
+        run; `max_orbits`; `at`, values of other axes; `curves`, kind of a special point ->
+        parameter -> range.
     fixed, axes : mapping
         Values of the study's quantities.
     at : float, default 0

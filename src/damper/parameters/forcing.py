@@ -655,8 +655,14 @@ def forcing_of(settings: Mapping[str, Any], file: str | os.PathLike[str] | None 
     return kind(**given)
 
 
-def force_text(settings: Mapping[str, Any]) -> str:
+#: Units of the settings of a force that a damper in SI units has.
+_UNITS = {"step": " s", "duration": " s", "band": " rad/s"}
+
+
+def force_text(settings: Mapping[str, Any], si: bool = False) -> str:
     """Return `Forcing.settings` in words, for headings; what is as always is not said.
+
+    With `si` its times are in s, and its frequencies in rad/s.
 
     Examples
     --------
@@ -675,7 +681,8 @@ def force_text(settings: Mapping[str, Any]) -> str:
             elif value == EACH_DRAW:
                 words.append(f"a {name} each draw")
             else:
-                words.append(f"{text} samples" if name == "samples" else f"{name} {text}")
+                units = _UNITS.get(name, "") if si else ""
+                words.append(f"{text} samples" if name == "samples" else f"{name} {text}{units}")
     return ", ".join(words)
 
 

@@ -57,6 +57,22 @@ def name_of(unit: str, amplitude: str = FORCE) -> str:
     return {LENGTH: length, FORCE: amplitude, **names}.get(unit, unit)
 
 
+def shown_unit(units: str, si: bool, amplitude: str = FORCE) -> str:
+    """Return what people read for the units that a quantity is declared with; nothing for 1.
+
+    `amplitude` is what that of the force is called, which decides on the unit of its own.
+
+    Examples
+    --------
+    >>> shown_unit("F0", True, "A"), shown_unit("F0/K", True), shown_unit("F0/K", False, "B")
+    ('m/s2', 'm', 'B')
+    """
+    if si and units in (FORCE, "N"):
+        return AMPLITUDES[amplitude][1]
+    units = SI_UNITS.get(units, units) if si else name_of(units, amplitude)
+    return "" if units == "1" else units
+
+
 def attributes_of(units: str, amplitude: str = FORCE) -> dict[str, str]:
     """Return a variable's attributes for its units: as CF asks, ones that UDUNITS reads.
 

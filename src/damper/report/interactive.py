@@ -20,10 +20,11 @@ from damper.figures.common.style import LONG_NAMES, RATIOS
 from damper.figures.map import ABOUT_ONE, best_places, classified
 from damper.observers.bursts import Bursts
 from damper.parameters.dampers import BASIC, SI_NAME
+from damper.parameters.forcing import HARMONIC
 from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_QUANTITIES, is_si, ordered
-from damper.parameters.units import SI_UNITS, units_of
+from damper.parameters.units import shown_unit, units_of
 from damper.sweep.branches import branches
-from damper.sweep.record import force_of, masses_of
+from damper.sweep.record import masses_of
 
 #: Samples of one column that are nearer than this part of the panel's height are one dot; and most
 #: dots of a column.
@@ -99,14 +100,15 @@ def _runs(cube: Any, at: Mapping[str, Any], study: Mapping[str, Any]) -> dict[st
     si = is_si(name for name in names if name not in INITIAL_NAMES)
     own = {quantity.name: quantity for quantity in SI_QUANTITIES} if si else {}
     steady = study["primary"] == "steady"
-    force = next((force.kind for force in force_of(cube).values()), "harmonic")
+    force = json.loads(cube.attrs.get("forcing", "{}")).get("kind", HARMONIC.kind)
+    units = {str(name): _units(coordinate.attrs) for name, coordinate in cube.coords.items()}
     hidden = ("initial_displacement", "initial_velocity") if steady else ()
     return {
         "parameters": [
             {
                 "name": name,
                 "label": LONG_NAMES[name],
-                **_shown_in(quantity.units, si),
+                **_shown_in(units.get(name, shown_unit(quantity.units, si))),
                 "value": _finite(fixed.get(name, axes.get(name, [quantity.default])[0])),
                 # None of what must be given; of others, infinite by null.
                 **({} if quantity.default is None else {"default": _finite(quantity.default)}),
@@ -133,14 +135,10 @@ def _runs(cube: Any, at: Mapping[str, Any], study: Mapping[str, Any]) -> dict[st
     }
 
 
-def _shown_in(units: str, si: bool) -> dict[str, Any]:
+def _shown_in(units: str) -> dict[str, Any]:
     """Units in which the page shows a quantity, and what it multiplies it by: lengths in mm."""
-    units = SI_UNITS.get(units, units) if si else units
     milli = units in ("m", "m/s")
-    return {
-        "units": f"m{units}" if milli else _units({"units": units}),
-        "scale": 1e3 if milli else 1.0,
-    }
+    return {"units": f"m{units}" if milli else units, "scale": 1e3 if milli else 1.0}
 
 
 def _finite(value: float | None) -> float | None:

@@ -26,7 +26,7 @@ from damper.parameters.quantities import (
     quantities_in,
 )
 from damper.parameters.run import EngineSettings, RunLength, declared_in
-from damper.parameters.units import SI_UNITS
+from damper.parameters.units import FREE, shown_unit
 from damper.study.axes import coordinate_name
 from damper.study.fields import Folder, NamedMapping, Some, Strict, Text
 from damper.study.forcing import FORCES, ForceEntry
@@ -351,13 +351,15 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         """Settings of the study for a page: name -> value."""
         given = {name: (value,) for name, value in self.fixed.items()} | self.axis_values
         si = is_si({**given, **self.drawn})
-        values = {name: _values_text(name, numbers, si) for name, numbers in given.items()}
+        amplitude = FREE if self.fixed.get("force_amplitude") == 0.0 else self.force.amplitude
+        units = {name: shown_unit(ALL[name].units, si, amplitude) for name in self.ends}
+        values = {name: _values_text(numbers, units[name]) for name, numbers in given.items()}
         if self.masses:
             values["masses"] = f"{len(self.masses)}"
         if self.forcing_settings:
-            values["forcing"] = force_text(self.forcing_about)
+            values["forcing"] = force_text(self.forcing_about, si)
         for name, drawn in self.drawn.items():
-            values[name] = f"at random: {_drawn_text(name, drawn, si)}"
+            values[name] = f"at random: {_drawn_text(drawn, units[name])}"
         for settings in self.observers.values():
             if (threshold := getattr(settings, "threshold", None)) is not None:
                 values["visibility_threshold"] = str(threshold)
@@ -417,33 +419,25 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         }
 
 
-def _values_text(name: str, values: tuple[float, ...], si: bool) -> str:
+def _values_text(values: tuple[float, ...], units: str) -> str:
     """The values of a quantity, or their ends if they are many, with units."""
-    after = _units_text(name, si)
     if len(values) <= 6:
-        return ", ".join(f"{value:g}" for value in values) + after
-    return f"{min(values):g} to {max(values):g}{after}, {len(values)} values"
+        return f"{', '.join(f'{value:g}' for value in values)} {units}".rstrip()
+    return f"{min(values):g} to {max(values):g} {units}".rstrip() + f", {len(values)} values"
 
 
-def _drawn_text(name: str, drawn: Drawn, si: bool) -> str:
+def _drawn_text(drawn: Drawn, units: str) -> str:
     """Text of a drawn quantity's range, with units."""
     ways = []
     rule = drawn.rule
     if drawn.range is not None:
         low, high = rule["range"]
         log = ", log-uniform" if drawn.spacing == "log" else ""
-        ways.append(f"{low:g} to {high:g}{_units_text(name, si)}{log}")
+        ways.append(f"{low:g} to {high:g} {units}".rstrip() + log)
     if drawn.values is not None:
-        ways.append(_values_text(name, rule["values"], si))
+        ways.append(_values_text(rule["values"], units))
     often = "" if drawn.share is None else f" ({drawn.share:.0%})"
     return " or ".join(ways) + often
-
-
-def _units_text(name: str, si: bool) -> str:
-    units = ALL[name].units
-    if si:
-        units = SI_UNITS.get(units, units)
-    return "" if units == "1" else f" {units}"
 
 
 class Settings(Strict):

@@ -17,6 +17,7 @@ from damper.analysis.labels import label_of
 from damper.analysis.places import fixed_values
 from damper.parameters.forcing import force_text
 from damper.parameters.lazy import pd, xr
+from damper.parameters.quantities import is_si
 from damper.parameters.units import units_of
 from damper.study.kinds import TABLES
 from damper.sweep.record import force_settings
@@ -139,9 +140,12 @@ def make(kind: str, results: Mapping[str, Any], **settings: Any) -> Table:
 
 
 def _fixed(cube: xr.Dataset) -> Iterator[str]:
-    values = [f"{label_of(name)} {value:g}" for name, value in fixed_values(cube).items()]
+    values = [
+        f"{label_of(name)} {value:g} {units_of(cube[name].attrs)}".removesuffix(" 1")
+        for name, value in fixed_values(cube).items()
+    ]
     if force := force_settings(cube):
-        values.append(f"forcing {force_text(force)}")
+        values.append(f"forcing {force_text(force, is_si(map(str, cube.coords)))}")
     if values:
         yield f"Fixed: {', '.join(values)}."
 

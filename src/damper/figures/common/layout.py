@@ -16,7 +16,7 @@ from damper.figures.common import style
 from damper.parameters.forcing import force_text
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.names import unknown_name
-from damper.parameters.quantities import INITIAL_NAMES, quantities_in
+from damper.parameters.quantities import INITIAL_NAMES, is_si, quantities_in
 from damper.parameters.units import units_of
 from damper.sweep.record import force_settings
 
@@ -126,7 +126,7 @@ def head(
         if name in coords and coords[name].ndim == 0 and name not in hidden
     ]
     if force:
-        kind, *rest = force_text(force).split(", ")
+        kind, *rest = force_text(force, is_si(map(str, coords))).split(", ")
         values += [_FORCES.get(kind, kind), *rest]
     values += remarks
     values = [f"{text}," for text in values[:-1]] + values[-1:]
