@@ -8,7 +8,8 @@ from figures.drawing import SI, assert_nothing_overlaps, drawn, svg_of
 from matplotlib.figure import Figure
 
 import damper
-from damper.study.kinds import FIGURES
+from damper.study.kinds import FIGURES, TABLES
+from damper.tables import make
 
 OBSERVERS: dict[str, Any] = {
     "stroboscopic_section": {"free_mass": True},
@@ -87,7 +88,77 @@ OTHERS = {
 }
 
 
+#: Runs of the kinds in `OTHERS` and of tables, all of which stop: their cube, and what is made.
+STOPS = {"transient": 5, "periods": 4, "max_events": 3}
+RESONANT = {
+    "mass_ratio": 0.1,
+    "damping_ratio": 0.02,
+    "frequency_ratio": 1.0,
+    "restitution": 0.6,
+}
+MOVED = RESONANT | {"clearance": 1.0, "initial_displacement": 30.0} | STOPS
+TWO: dict[str, Any] = {"restitution": [0.3, 0.6]}
+GRID = TWO | {"frequency_ratio": [0.9, 1.0], "clearance": [1.0, 2.0]}
+DRAWS = {"count": 3, "seed": 1, "initial_relative_velocity": [5.0, 30.0]}
+NOISE = damper.Noise(1, 0.1, 90.0, (0.0, 6.0))
+DISTANCE = {"variables": ["peak_displacement"], "along": "contact_stiffness_ratio"}
+STOPPED: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "basins": (TWO | {"observers": ["motion"], "draws": DRAWS}, {"along": "restitution"}),
+    "convergence": (
+        {"observers": ["response"], "contact_stiffness_ratio": [1e4, 1e5, 1e6]},
+        DISTANCE,
+    ),
+    "damping": (TWO | {"observers": ["decay"], "forcing": "none"}, {"lines": "restitution"}),
+    "laws": (GRID | {"observers": ["laws"]}, {}),
+    "statistics": (
+        TWO | {"observers": ["statistics"], "forcing": NOISE},
+        {"along": "restitution"},
+    ),
+    "accumulation": (TWO | {"observers": {"accumulation": {"bursts": 4}, "bursts": None}}, {}),
+    "performance": (
+        GRID | {"observers": ["response", "impacts", "bursts"]},
+        {"along": "frequency_ratio", "over": "clearance"},
+    ),
+    "two_impacts": (
+        GRID | {"observers": ["stroboscopic_section", "response", "impacts"]},
+        {"along": "clearance"},
+    ),
+    "small_mass_limit": (GRID | {"observers": ["bursts", "impacts"]}, {}),
+    "intervals": (GRID | {"observers": ["bursts"]}, {"along": "restitution", "resolution": 0.1}),
+}
+#: What the figures of these say.
+NOTHING = dict.fromkeys(("basins", "laws", "statistics"), "no run finished here")
+NOTHING |= {
+    "convergence": "no distance to show",
+    "damping": "no whole cycle of a free vibration here",
+}
+#: Tables that bisect between runs, and refuse runs that stopped.
+REFUSED = {"intervals": "chatter is not known: the run at .* stopped early"}
+#: Kinds that show no runs, or orbits.
+OF_NO_RUNS = {"special_points", "schematic", "profiles", "ranking"}
+
+
+@pytest.mark.parametrize("kind", STOPPED)
+def test_a_study_whose_runs_all_stop_has_its_figures_and_tables(kind: str) -> None:
+    given, settings = STOPPED[kind]
+    cube = damper.simulate(**MOVED | given)
+    assert cube.attrs["runs_stopped_early"] == cube.attrs["runs"]
+    if kind in REFUSED:
+        with pytest.raises(ValueError, match=REFUSED[kind]):
+            make(kind, {"cube": cube}, **settings)
+        return
+    if kind in OTHERS:
+        figure = drawn(kind, cube, **settings)
+        assert NOTHING[kind] in [text.get_text() for ax in figure.axes for text in ax.texts]
+    if kind in TABLES:
+        table_settings = {} if kind == "statistics" else settings
+        table = make(kind, {"cube": cube}, **table_settings)
+        assert table.markdown().startswith("# Impact damper simulation")
+        assert table.csv()
+
+
 def test_every_kind_is_asked() -> None:
+    assert not {*TABLES, *OTHERS} - {*STOPPED, *OF_NO_RUNS}
     assert set(EMPTY) | OTHERS == set(FIGURES)
 
 

@@ -61,7 +61,8 @@ def basin_fractions(
                 | {"motion": name, "starts": count, "of": found.size}
                 | {"fraction": count / found.size, "lower": lower, "upper": upper}
             )
-    return pd.DataFrame(rows)
+    columns = ["motion", "starts", "of", "fraction", "lower", "upper"]
+    return pd.DataFrame(rows, columns=columns if along is None else [along, *columns])
 
 
 def wilson_limits(count: int, of: int, confidence: float) -> tuple[float, float]:

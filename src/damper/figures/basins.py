@@ -9,7 +9,7 @@ from pydantic import Field
 
 from damper.analysis.basins import basin_fractions
 from damper.figures.common.layout import place_label
-from damper.figures.common.panels import finish, panel_grid
+from damper.figures.common.panels import finish, note_empty_panel, panel_grid
 from damper.figures.common.style import COLUMN, motion_colours
 from damper.parameters.lazy import Figure
 from damper.study.fields import Text
@@ -46,10 +46,14 @@ def draw(results: Mapping[str, Any], settings: BasinsFigure) -> Figure:
     # In steps: between two values nothing is known.
     style: dict[str, Any] = {"step": "mid", "edgecolor": "white", "lw": 0.4}
     colours = [*motion_colours(parts.columns).values()]
-    areas = ax.stackplot(parts.index, parts.T, colors=colours, labels=parts, **style)
+    areas = []
+    if found.empty:
+        note_empty_panel(ax)
+    else:
+        areas = ax.stackplot(parts.index, parts.T, colors=colours, labels=parts, **style)
     ax.set(ylim=(0.0, 1.0), ylabel="share of initial conditions")
-    ax.set_xlim(parts.index.min(), parts.index.max())
+    ax.set_xlim(cube[along].min(), cube[along].max())
     ax.set_xlabel(place_label(cube, along, COLUMN))
-    remarks = [f"{found.of.max()} starts at each value"]
+    remarks = [] if found.empty else [f"{found.of.max()} starts at each value"]
     # The legend has the order of the stack.
     return finish(figure, cube, settings.caption, reversed(areas), remarks)

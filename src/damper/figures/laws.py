@@ -10,7 +10,7 @@ import numpy as np
 from damper.analysis.labels import label_of, short
 from damper.analysis.laws import GRADED, Row, excesses, regimes
 from damper.figures.common.layout import heading, wrap
-from damper.figures.common.panels import panel_grid
+from damper.figures.common.panels import note_empty_panel, panel_grid
 from damper.figures.common.style import BLUE, ORANGE, SKY, VERMILION
 from damper.observers.common.laws import LIMIT
 from damper.parameters.lazy import Axes, Figure, pd
@@ -70,7 +70,10 @@ def _distributions(ax: Axes, far: pd.DataFrame) -> None:
     ax.set_xlim(1e-18, 10.0 * LIMIT)
     ax.set_xlabel("violation relative to its terms; energy scaled to the same limit")
     ax.set_ylabel("share of runs with\nat least that violation")
-    ax.legend(frameon=False, ncols=1, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    if not ax.get_legend_handles_labels()[0]:
+        note_empty_panel(ax)
+    else:
+        ax.legend(frameon=False, ncols=1, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
 def _matrix(ax: Axes, rows: Sequence[Row]) -> None:

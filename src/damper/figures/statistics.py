@@ -11,7 +11,7 @@ from pydantic import Field
 from damper.analysis.closed_forms import damper_at
 from damper.analysis.statistics import means_under_noise
 from damper.figures.common import layout
-from damper.figures.common.panels import finish, legend_line, panel_grid
+from damper.figures.common.panels import finish, legend_line, note_empty_panel, panel_grid
 from damper.figures.common.style import BLACK, BLUE, GREEN, ORANGE, PAGE, VERMILION
 from damper.observers.statistics import MEANS
 from damper.parameters.lazy import Figure, xr
@@ -67,6 +67,9 @@ def draw(results: Mapping[str, Any], settings: StatisticsFigure) -> Figure:
             found = means.loc[name]
             value, upper = (found[key].to_numpy(float) / size for key in ("value", "upper"))
             ax.errorbar(found.index, value, upper - value, **_POINTS | style)
+        if means.loc["mean_input"]["value"].isna().all():
+            note_empty_panel(ax)
+            ax.set_xlim(min(found.index), max(found.index))
         ax.axhline(1.0, **_LAW)
         ax.set_ylim(bottom=0.0)
     label = layout.place_label(place, along, 0.4 * PAGE)
