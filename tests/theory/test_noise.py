@@ -24,17 +24,23 @@ NOISE = damper.Noise(seed=0, step=0.1, duration=160.0, band=(0.0, 6.0))
 
 @pytest.fixture(scope="module")
 def cube() -> xr.Dataset:
-    axes = {"restitution": [0.6, 1.0]}
+    return plain(under_own_noises)(DAMPER, [0.6, 1.0], NOISE, 12, transient=5, periods=20)
+
+
+def under_own_noises(
+    fixed: dict[str, float], restitution: list[float], noise: damper.Noise, count: int, **run: int
+) -> xr.Dataset:
+    """Cube of so many draws, each with a noise of its own."""
+    axes = {"restitution": restitution}
     speeds, place = {"range": [-4.0, 4.0]}, {"range": [-1.0, 1.0]}
     starts = {"initial_relative_velocity": speeds, "initial_position": place}
     ask = {"statistics": {"above": 0.01}}
-    run = {"transient": 5, "periods": 20}
-    part = plain(simulate_slice)(
-        DAMPER, axes, observers=ask, forcing=NOISE, own_noise=True,
-        draws={"count": 12, "seed": 2, **starts}, **run,
+    part = simulate_slice(
+        fixed, axes, observers=ask, forcing=noise, own_noise=True,
+        draws={"count": count, "seed": 2, **starts}, **run, max_events=10**9,
     )  # fmt: skip
-    about = record(ask, "rest", run, {}, NOISE)
-    return gather([part], axes, (), DAMPER, about)
+    about = record(ask, "rest", run, {}, noise)
+    return gather([part], axes, (), fixed, about)
 
 
 def test_means_of_a_small_study_have_their_laws(cube: xr.Dataset) -> None:
@@ -70,6 +76,22 @@ def test_the_figure_shows_means_over_their_laws(cube: xr.Dataset, tmp_path) -> N
     assert "means over 12 draws" in figure.get_suptitle().replace("\n", " ")
     assert_nothing_overlaps(figure)
     svg_of(figure, tmp_path)
+
+
+def test_a_free_mass_in_a_small_box_lacks_more() -> None:
+    """It crosses the box faster than the band reaches, and its means are not those of white noise.
+
+    The mean over impacts is that of the impacts of all draws.
+    """
+    small = DAMPER | {"clearance": 1.5}
+    cube = plain(under_own_noises)(small, [1.0], NOISE, 12, transient=5, periods=20)
+    data = means_under_noise(cube).set_index("mean")
+    for name in ("mean_free_mass_energy", "mean_approach_energy", "impact_rate"):
+        assert data.upper[name] < data.white[name]
+        assert data.holds[name]
+        assert data.in_band[name] < 0.9 * data.white[name]
+    rates, energies = cube.impact_rate.values[0], cube.mean_approach_energy.values[0]
+    assert data.value["mean_approach_energy"] == pytest.approx(np.average(energies, weights=rates))
 
 
 def at(restitution: float, **changes: Any) -> damper.Parameters:
@@ -150,3 +172,32 @@ def test_equilibrium_of_a_million_impacts() -> None:
         found[name] = white - 1.0, error
     assert min(some, others) > 1e6
     assert all(abs(off) < error for off, error in found.values())
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(
+    ("high", "step", "fixed"),
+    [
+        (12.0, 0.05, {"mass_ratio": 0.1, "clearance": 2.0}),
+        (24.0, 0.025, {"mass_ratio": 0.1, "clearance": 2.0}),
+        (6.3, 0.09, {"mass_ratio": 0.2, "clearance": 3.0}),
+    ],
+)
+def test_means_in_a_small_box(high: float, step: float, fixed: dict[str, float]) -> None:
+    """With -s it prints the rows of the second table of docs/noise.md."""
+    duration = math.ceil(215 * math.tau / step) * step
+    noise = damper.Noise(0, step, duration, (0.0, high))
+    damped = fixed | {"damping_ratio": 0.05, "frequency_ratio": 1.0}
+    cube = under_own_noises(damped, [1.0], noise, 200, transient=30, periods=184)
+    data = means_under_noise(cube).set_index("mean").dropna(subset="white")
+    cells = []
+    for name, row in data.drop(index="mean_square_place").iterrows():
+        white, half = row["white"], 0.5 * (row["upper"] - row["lower"])
+        cells.append(
+            f"{row['value'] / white:.3f} ± {half / white:.3f} ({row['in_band'] / white:.3f})"
+        )
+        # To first order in what is missing.
+        assert abs(row["value"] - row["in_band"]) < 1.5 * half + 0.2 * (white - row["in_band"]), (
+            name
+        )
+    print(f"\n{list(data.index)}\n| {fixed}, {high:g} | {' | '.join(cells)} |")

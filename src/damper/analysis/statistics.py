@@ -67,4 +67,6 @@ def _mean(place: xr.Dataset, name: str, confidence: float) -> tuple[float, float
     if not array.ndim:
         return float(array), float(place[f"{name}_error"])
     need_known(place.mean_input)
-    return mean_within(array.values, np.ones(array.size), confidence)
+    # A mean over impacts: of the impacts of all draws.
+    impacts = place.impact_rate.values if name == "mean_approach_energy" else np.ones(array.size)
+    return mean_within(np.where(impacts > 0.0, array.values, 0.0) * impacts, impacts, confidence)

@@ -473,7 +473,8 @@ class Noise(_Sampled):
     and zero outside, but for the lines between samples: at the shortest period that is allowed they
     take 3 % of the amplitude. Its mean is 0 and its rms 1 over the duration: `force_amplitude` is
     the rms of the force (in N with `SIParameters`, in m/s2 for the base), and
-    force_amplitude^2 / (high - low) its one-sided spectral density, for angular frequencies.
+    force_amplitude^2 / (lines 2 pi / duration) its one-sided spectral density, for angular
+    frequencies: that of the band as far as its lines reach.
 
     Parameters
     ----------

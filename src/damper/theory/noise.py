@@ -8,7 +8,12 @@ primary and free mass come to the temperature T = D / (2 zeta) at which the dash
     impacts per time sqrt(T (1 + 1/mu) / (2 pi)) / d,   mean square approach speed 2 T (1 + 1/mu)
 
 Noise in a band up to omega_h brings less by the part (2/pi) gamma / omega_h, to first order, gamma
-the rate at which a push of the primary is forgotten just after it. Derivation: docs/theory.md.
+the rate at which a push of the primary is forgotten just after it. Where impacts lose nothing, the
+free mass lacks more: its speed w relative to the walls has the density
+
+    exp(-integral of w dw / (s^2 (1 - w/w_h))),   s^2 = T (1 + 1/mu),   w_h = (pi/2) d omega_h
+
+Derivation: docs/theory.md.
 """
 
 import math
@@ -17,8 +22,8 @@ from damper.parameters import Parameters
 from damper.parameters.forcing import Noise
 from damper.theory import need_basic
 
-#: Means that do not depend on how much energy there is, and how others do: as a power of it.
-_POWERS = {"mean_square_place": 0.0, "impact_rate": 0.5}
+#: Intervals of the integrals over the speed.
+_STEPS = 2000
 
 
 def intensity(parameters: Parameters) -> float:
@@ -63,24 +68,64 @@ def missing_part(parameters: Parameters, impact_rate: float) -> float:
     return 2.0 / math.pi * (2.0 * p.damping_ratio + forgets) / p.forcing.band[1]
 
 
+def speeds_in_band(parameters: Parameters) -> tuple[float, float, float]:
+    """Shares that a band leaves of means of the free mass, where impacts lose nothing.
+
+    Of the mean square of its speed relative to the walls, of the number of impacts, and of the mean
+    square approach speed. Errors are those of `intensity`.
+
+    Examples
+    --------
+    >>> noise = Noise(seed=1, step=0.05, duration=600.0, band=(0.0, 12.0))
+    >>> p = Parameters(0.1, 0.05, 1.0, clearance=2.0, restitution=1.0, forcing=noise)
+    >>> [round(share, 3) for share in speeds_in_band(p)]
+    [0.851, 0.929, 0.827]
+    """
+    p = parameters
+    temperature = intensity(p) / (2.0 * p.damping_ratio)
+    size = 0.5 * math.pi * p.clearance * p.forcing.band[1]
+    if not size:
+        return 1.0, 1.0, 1.0
+    ratio = math.sqrt(temperature * (1.0 + 1.0 / p.mass_ratio)) / size
+    # Speeds in units of s; the density is 0 from w_h on.
+    step = min(1.0 / ratio, 10.0) / _STEPS
+    speeds = [(k + 0.5) * step for k in range(_STEPS)]
+    density = [math.exp(_exponent(speed, ratio)) for speed in speeds]
+    moments = [sum(w**k * p for w, p in zip(speeds, density, strict=True)) for k in range(4)]
+    rate = moments[1] / moments[0] * math.sqrt(0.5 * math.pi)
+    return moments[2] / moments[0], rate, 0.5 * moments[3] / moments[1]
+
+
+def _exponent(speed: float, ratio: float) -> float:
+    """Logarithm of the density of speeds, without cancellation for a small ratio."""
+    if ratio < 1e-3:
+        return -(speed**2) / 2.0 - ratio * speed**3 / 3.0
+    return speed / ratio + math.log1p(-ratio * speed) / ratio**2
+
+
 def laws(parameters: Parameters, missing: float = 0.0) -> dict[str, float]:
     """Means of the observer `statistics` under white noise, in its units.
 
     With a restitution below 1 only power in and losses are known. `missing` is the part of the
-    power by which they are lowered. Errors are those of `intensity`, and an undamped primary whose
-    impacts lose nothing, which has no equilibrium.
+    power by which a band lowers them; then means of the free mass are those in the band. Errors are
+    those of `intensity`, and an undamped primary whose impacts lose nothing, which has no
+    equilibrium.
     """
     p = parameters
-    power = intensity(p) * p.cycle
+    left = 1.0 - missing
+    power = intensity(p) * p.cycle * left
     found = {"mean_input": power, "mean_loss": power}
     if p.restitution == 1.0:
         if p.damping_ratio == 0.0:
             raise ValueError("damping_ratio = 0.0 with restitution = 1.0: nothing takes the power")
         temperature = intensity(p) / (2.0 * p.damping_ratio)
-        names = "mean_potential_energy", "mean_kinetic_energy", "mean_free_mass_energy"
-        found |= dict.fromkeys(names, 0.5 * temperature)
-        found["mean_approach_energy"] = temperature
+        square, rate, approach = speeds_in_band(p) if missing else (1.0, 1.0, 1.0)
+        names = "mean_potential_energy", "mean_kinetic_energy"
+        found |= dict.fromkeys(names, 0.5 * temperature * left)
+        free = (p.mass_ratio * left + square) / (1.0 + p.mass_ratio)
+        found["mean_free_mass_energy"] = 0.5 * temperature * free
+        found["mean_approach_energy"] = temperature * approach
         found["mean_square_place"] = 1.0 / 3.0
-        flux = math.sqrt(temperature * (1.0 + 1.0 / p.mass_ratio) / (2.0 * math.pi))
+        flux = math.sqrt(temperature * (1.0 + 1.0 / p.mass_ratio) / (2.0 * math.pi)) * rate
         found["impact_rate"] = flux / p.clearance * p.cycle if p.clearance else math.nan
-    return {n: value * (1.0 - missing) ** _POWERS.get(n, 1.0) for n, value in found.items()}
+    return found
