@@ -123,7 +123,6 @@ STOPPED: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         GRID | {"observers": ["stroboscopic_section", "response", "impacts"]},
         {"along": "clearance"},
     ),
-    "small_mass_limit": (GRID | {"observers": ["bursts", "impacts"]}, {}),
     "intervals": (GRID | {"observers": ["bursts"]}, {"along": "restitution", "resolution": 0.1}),
 }
 #: What the figures of these say.
@@ -135,7 +134,7 @@ NOTHING |= {
 #: Tables that bisect between runs, and refuse runs that stopped.
 REFUSED = {"intervals": "chatter is not known: the run at .* stopped early"}
 #: Kinds that show no runs, or orbits.
-OF_NO_RUNS = {"special_points", "schematic", "profiles", "ranking"}
+OF_NO_RUNS = {"special_points", "schematic", "scores"}
 
 
 @pytest.mark.parametrize("kind", STOPPED)

@@ -24,7 +24,7 @@ from damper.parameters.forcing import HARMONIC
 from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_QUANTITIES, is_si, ordered
 from damper.parameters.units import shown_unit, units_of
 from damper.sweep.branches import branches
-from damper.sweep.record import masses_of
+from damper.sweep.record import force_settings, masses_of
 
 #: Samples of one column that are nearer than this part of the panel's height are one dot; and most
 #: dots of a column.
@@ -100,7 +100,7 @@ def _runs(cube: Any, at: Mapping[str, Any], study: Mapping[str, Any]) -> dict[st
     si = is_si(name for name in names if name not in INITIAL_NAMES)
     own = {quantity.name: quantity for quantity in SI_QUANTITIES} if si else {}
     steady = study["primary"] == "steady"
-    force = json.loads(cube.attrs.get("forcing", "{}")).get("kind", HARMONIC.kind)
+    force = force_settings(cube).get("kind", HARMONIC.kind)
     units = {str(name): _units(coordinate.attrs) for name, coordinate in cube.coords.items()}
     hidden = ("initial_displacement", "initial_velocity") if steady else ()
     return {
