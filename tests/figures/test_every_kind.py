@@ -60,7 +60,6 @@ def settings_of(kind: str, si: bool, cube: xr.Dataset) -> dict[str, Any]:
         "phase_portrait": {"columns": travel, "at": first},
         "free_mass": {"at": one},
         "accumulation": {"rows": travel, "at": first},
-        "slow_manifold": {"panels": travel, "at": first},
     }[kind]
 
 
@@ -74,7 +73,6 @@ EMPTY = {
     "phase_portrait": "no run finished here",
     "free_mass": None,
     "accumulation": "no complete burst with a prediction here",
-    "slow_manifold": "no impacts on the right wall",
 }
 #: Kinds of other cubes, with tests of their own for what is asked here.
 OTHERS = {
@@ -169,7 +167,7 @@ def labels(figure: Figure) -> list[str]:
 
 
 #: Kinds without a quantity of a unit: time in periods, and lengths over the clearance.
-RATIOS = {"histories", "slow_manifold"}
+RATIOS = {"histories"}
 
 
 @pytest.mark.parametrize("kind", EMPTY)

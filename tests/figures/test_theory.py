@@ -15,12 +15,10 @@ from matplotlib.lines import Line2D
 from new_process import modules_after
 
 import damper
-from damper.analysis.amplitudes import amplitudes
 from damper.figures import modules
-from damper.figures.common.style import BLUE, GREEN, VERMILION
+from damper.figures.common.style import GREEN, VERMILION
 from damper.study.digest import files_behind
 from damper.study.kinds import FIGURES
-from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fold
 from damper.theory.small_mass import critical_restitution
 from damper.theory.two_impacts import orbits
 
@@ -230,79 +228,6 @@ def test_limit_in_si_units_and_at_undamped_resonance() -> None:
         r, critical_restitution(gap * 0.75 / 0.05 * (1.0 - 1e-15)), atol=1e-12
     )
     assert not lines(figure.axes[1], VERMILION)
-
-
-# --- slow manifold
-
-
-@pytest.fixture(scope="module")
-def decay() -> xr.Dataset:
-    return damper.simulate(
-        mass_ratio=0.005,
-        damping_ratio=0.0,
-        frequency_ratio=0.5,
-        clearance=1e4,
-        restitution=[0.3, 0.6],
-        initial_displacement=2.5e4,
-        transient=0,
-        periods=250,
-        observers={"trajectory": {"samples_per_period": 1, "events": 3000}},
-    )
-
-
-def test_amplitudes_follow_the_manifold(decay: xr.Dataset) -> None:
-    for restitution in (0.3, 0.6):
-        found = amplitudes(decay.sel(restitution=restitution))
-        low, high = fold(restitution), amplitude(SYMMETRIC_LIMIT, restitution)
-        inside = (found.xi > 1.3 * low.xi) & (found.xi < 0.8 * high)
-        assert inside.sum() > 20
-        assert found.two_impacts[inside].all()
-        upper, _ = branches(found.xi[inside], restitution)
-        assert abs(found.theta[inside] - upper).max() < 0.03
-        # Below the fold it falls out of step.
-        assert found.xi.min() < 0.9 * low.xi
-
-
-def test_amplitudes_of_a_run_with_known_ones() -> None:
-    """On the closed-form motion every cycle is the same, and has two impacts."""
-    p = damper.Parameters(0.1, 0.02, 1.1, 5.0, 0.6)
-    orbit = next(orbit for orbit in orbits(p) if orbit.stable)
-    cube = damper.simulate(
-        mass_ratio=0.1, damping_ratio=0.02, frequency_ratio=1.1, clearance=5.0, restitution=0.6,
-        state=orbit.start, transient=0, periods=7, observers={"trajectory": {}},
-    )  # fmt: skip
-    found = amplitudes(cube)
-    assert len(found.two_impacts) >= 5
-    assert found.two_impacts.all()
-    x, u, v = orbit.displacement, orbit.velocity_before, orbit.velocity_after
-    np.testing.assert_allclose(found.theta, (x + 5.0) / 5.0)
-    np.testing.assert_allclose(found.xi, math.sqrt(x * x + 0.5 * (u * u + v * v)) / 5.0)
-
-
-def test_sticking_and_further_impacts_are_told_apart() -> None:
-    cube = damper.simulate(
-        mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.2, clearance=0.25,
-        restitution=[0.0, 0.3], transient=0, periods=3, observers={"trajectory": {}},
-    )  # fmt: skip
-    for restitution in (0.0, 0.3):
-        found = amplitudes(cube.sel(restitution=restitution))
-        assert found.two_impacts.size
-        assert not found.two_impacts.any()
-
-
-def test_manifold_figure(decay: xr.Dataset) -> None:
-    figure = drawn("slow_manifold", decay, panels="restitution")
-    assert_nothing_overlaps(figure)
-    assert len(legend_texts(figure)) == 6
-    assert len(figure.axes) == 2
-    for ax, restitution in zip(figure.axes, (0.3, 0.6), strict=True):
-        (points,) = lines(ax, BLUE)
-        found = amplitudes(decay.sel(restitution=restitution))
-        assert len(points.get_xdata()) == found.two_impacts.sum()
-        (solid,) = [line for line in ax.lines if line.get_linewidth() == 0.8]
-        xi, theta = solid.get_data()
-        np.testing.assert_allclose(xi, amplitude(theta, restitution))
-        assert theta[[0, -1]] == pytest.approx([fold(restitution).theta, SYMMETRIC_LIMIT])
 
 
 # --- cost

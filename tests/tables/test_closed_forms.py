@@ -57,14 +57,6 @@ MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
         {"figures": {"a": LINE | {"theory": "two_impact"}}},
         ("not one of the choices (value: 'two_impact')", "did you mean 'two_impacts'?"),
     ),
-    "manifold without a trajectory": (
-        {
-            "figures": {
-                "a": {"kind": "slow_manifold", "panels": "restitution", "at": {"clearance": 1}}
-            }
-        },
-        ("needs trajectory among the observers",),
-    ),
     "motion without a section": (
         {
             "observers": {"impacts": None},

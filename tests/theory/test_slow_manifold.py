@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import damper
+from damper.engine.compiled import plain
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fold, slope, stable
 from damper.theory.steady import steady_amplitude
 from damper.theory.two_impacts import orbits
@@ -102,3 +103,31 @@ def test_out_of_range() -> None:
         amplitude([-1.0], 0.5)
     with pytest.raises(ValueError, match=r"xi = .*: must be numbers >= 0"):
         branches(math.nan, 0.5)
+
+
+@pytest.mark.parametrize("restitution", [0.3, 0.6])
+@plain
+def test_a_free_decay_follows_the_manifold(restitution: float) -> None:
+    """Cycle by cycle, from the upper end to the fold, where the free mass falls out of step.
+
+    Amplitude of the primary: that of its energy, with the mean of its kinetic energies just before
+    and just after the impact on the right wall.
+    """
+    mu = 0.005
+    p = damper.Parameters(mu, 0.0, 1.0, 1.0, restitution, force_amplitude=0.0)
+    rows = damper.events(p, damper.State(2.5, 0.0, 2.5, 0.0), until=3000.0, max_events=3000)
+    rows = rows[rows["kind"] == 0]
+    walls = rows["side"]
+    starts = np.flatnonzero((walls == 1) & (np.append(-1, walls[:-1]) == -1))
+    first = rows[starts[:-1]]
+    v = first["v"]
+    before = v - mu * (1.0 + restitution) / (1.0 + mu) * first["approach_speed"]
+    xi = np.sqrt(first["x"] ** 2 + 0.5 * (v**2 + before**2))
+    theta = first["x"] + 1.0
+    low, high = fold(restitution), float(amplitude(SYMMETRIC_LIMIT, restitution))
+    inside = (xi > 1.3 * low.xi) & (xi < 0.8 * high)
+    assert inside.sum() > 20
+    assert (np.diff(starts)[inside] == 2).all()  # one impact on each wall
+    upper, _ = branches(xi[inside], restitution)
+    assert abs(theta[inside] - upper).max() < 0.03
+    assert xi.min() < 0.9 * low.xi
