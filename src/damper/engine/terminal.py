@@ -1,4 +1,4 @@
-"""One line on a terminal, for people who wait; nothing is written where stderr is no terminal."""
+"""A status line on a terminal, for people who wait; nothing where stderr is no terminal."""
 
 import shutil
 import sys

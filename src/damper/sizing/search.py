@@ -58,7 +58,7 @@ class Search:
         """Sizes -> the greatest value of its runs so far."""
         self.runs = 0
         self.doing = ""
-        """What the search does, for a person who waits."""
+        """The present step, for a person who waits."""
         self.show: Progress | None = None
         self._left: dict[Sizes, list[int]] = {}
         # Of each case the sum of its values over the bounds of their dampers, and their number.
