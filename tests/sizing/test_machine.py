@@ -9,7 +9,12 @@ from new_process import modules_after
 
 import damper
 from damper.shell import main
+from damper.sizing.machine import machine_of
 from damper.sizing.page import sketch
+from damper.sizing.search import Search
+from damper.sizing.study import Judge, Sizes
+from damper.study.parts import SimulatedStudy
+from damper.study.rules import check_study
 from damper.study.yaml_file import ConfigError, dump_yaml
 
 FRAME = {
@@ -35,8 +40,8 @@ FRAME = {
         ({"gap_tolerance": 1e-20}, ["gap_tolerance: 1e-20 is lost in roundoff", "least 5e-09"]),
         ({"title": "a\nb"}, ["title: the text has more than one line"]),
         ({"largest_gp": 1.0}, ["unknown key 'largest_gp'", "did you mean 'largest_gap'"]),
-        ({"largest_mass": 200.0}, ["machine of 100 kg", "0.0001 to 100 kg"]),
-        ({"largest_mass": 1e-5}, ["0.0001 to 100 kg"]),
+        ({"largest_mass": 200.0}, ["machine of 100 kg", "0.001 to 100 kg"]),
+        ({"largest_mass": 1e-4}, ["0.001 to 100 kg"]),
         ({"gap_tolerance": 6e-3}, ["largest_gap", "more than gap_tolerance = 0.006 m"]),
         ({"restitution_tolerance": 0.4}, ["restitution from -0.1 to 0.7", "up to 0.3"]),
         ({"natural_frequency": 30.0}, ["exactly one of natural_frequency, stiffness"]),
@@ -53,6 +58,28 @@ def test_what_is_wrong_is_told_with_what_would_be_feasible(given: dict, words: l
         damper.design(**FRAME | given, quick=True)
     for word in words:
         assert word in str(error.value)
+
+
+def test_runs_that_cannot_help_or_end_are_refused_before_the_search() -> None:
+    with pytest.raises(ValueError, match=r"largest_gap = 1e-07: .* must be at least 1.06 µm"):
+        damper.design(FRAME, largest_gap=1e-7)
+    free = {k: v for k, v in FRAME.items() if k not in ("force_amplitude", "band")}
+    free |= {"largest_mass": 1e-3, "damping_ratio": 0.0, "restitution": 0.99, "decay_to": 1e-6}
+    with pytest.raises(ValueError, match=r"decay_to = 1e-06: the decay takes .* at most 1e\+06"):
+        damper.design(free, initial_displacement=1.0)
+
+
+def test_the_study_of_small_changes_is_valid_with_plastic_stops_and_no_damping() -> None:
+    judge = Judge(machine_of(FRAME | {"restitution": 0.0, "damping_ratio": 0.0}))
+    study = judge.nearby(Sizes(10.0, 1e-3, 0.0), 30.0)
+    assert study["axes"].keys() >= {"free_mass", "gap"}
+    check_study(SimulatedStudy.model_validate(study))
+
+
+def test_masses_of_the_search_are_above_their_tolerance() -> None:
+    """A mass of 3 kg of the first grid would have gone down to -1 kg."""
+    search = Search(Judge(machine_of(FRAME | {"mass_tolerance": 4.0})))
+    assert min(one.mass for one in search.first_grid()) == 5.0
 
 
 def test_what_does_not_go_with_a_record_is_told(tmp_path: Path) -> None:
@@ -112,8 +139,6 @@ def test_records_and_ranges_are_given_in_the_shell(
     key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All but the search, which takes half a minute."""
-    from damper.sizing.study import Sizes  # not before it is asked for, see below
-
     best = (10.0, 1e-3, 0.2)
     monkeypatch.setattr("damper.sizing.search.Search.best", lambda search: Sizes(*best))
     monkeypatch.chdir(tmp_path)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import Field, ValidationError
 
-from damper.parameters.dampers import Parameters
 from damper.parameters.forcing import Record
 from damper.parameters.setting import Setting
 from damper.study.fields import Line, NamedMapping, Pair, Strict, Text, Unit
@@ -41,7 +40,7 @@ AUTO = "auto"
 #: Restitutions of a range that the first grid has.
 _RESTITUTIONS = 4
 #: Least and largest free mass over that of the machine.
-MASS_RATIOS = (next(q.minimum for q in Parameters.quantities if q.name == "mass_ratio"), 1.0)
+MASS_RATIOS = (1e-5, 1.0)
 
 #: Frequencies of a band over the natural one: beyond these the damper has nothing to do.
 FREQUENCY_RATIOS = (0.01, 100.0)

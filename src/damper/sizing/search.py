@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from damper.sizing.machine import MASS_RATIOS
 from damper.sizing.study import Chain, Judge, Sizes, rounded
 from damper.sweep.progress import Progress
 from damper.sweep.runs import run_points
@@ -155,7 +156,8 @@ class Search:
         """Dampers with gaps as one would order them, within the room there is."""
         m = self.judge.machine
         kept = [min(rounded(gap, DIGITS), m.largest_gap) for gap in gaps if gap >= m.gap_tolerance]
-        return list(dict.fromkeys(map(Sizes._make, product(masses, kept, restitutions))))
+        heavy = [one for one in masses if one - m.mass_tolerance >= MASS_RATIOS[0] * m.mass]
+        return list(dict.fromkeys(map(Sizes._make, product(heavy, kept, restitutions))))
 
     def _advance(self, dampers: Sequence[Sizes]) -> None:
         """Run the cases of each of these that are the hardest so far."""

@@ -286,7 +286,7 @@ class Judge:
         axes = {name: [(1.0 + k * PART) * own[name] for k in (-1, 0, 1)] for name in changed}
         starts = {k: v for k, v in self.axes(damper).items() if k.startswith("initial")}
         made = {name: {"values": values} for name, values in (axes | starts).items()}
-        return self._study(f"{100.0 * PART:g} % more or less", made, fixed, self.observers)
+        return self._study(f"{100.0 * PART:g} % more or less", made, own, self.observers)
 
     def motions(self, damper: Sizes, frequency: float) -> dict[str, Any]:
         """The study of the motions that random starts lead to at a frequency in Hz."""
