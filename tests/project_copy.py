@@ -62,7 +62,7 @@ def _snakemake(folder: Path, command: list[str], output: Path, environment: dict
 
 
 def jobs(output: str) -> dict[str, int]:
-    """Rule -> number of jobs, from Snakemake's job table."""
+    """Rule -> number of jobs, from Snakemake's job table; rules of figures are one."""
     lines = output.splitlines()
     if "Job stats:" not in lines:
         return {}
@@ -72,7 +72,8 @@ def jobs(output: str) -> dict[str, int]:
         if not line.strip():
             break
         name, count = line.split()
-        table[name] = int(count)
+        name = "figure" if name.startswith("figure_") else name
+        table[name] = table.get(name, 0) + int(count)
     table.pop("total")
     return table
 

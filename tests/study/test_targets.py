@@ -43,7 +43,7 @@ def test_targets_are_studies_outside_of_the_default_run(tmp_path: Path) -> None:
         ({"more": ["smal"]}, ("targets.more[0]", "unknown study 'smal'", "did you mean 'small'")),
         ({"two words": ["small"]}, ("cannot be the name of a target", "letters, digits, _ and -")),
         ({"-n": ["small"]}, ("targets.-n", "'-n' reads like an option of snakemake", "without -")),
-        ({"figure": ["small"]}, ("targets.figure", "'figure' is a rule of the workflow")),
+        ({"table": ["small"]}, ("targets.table", "'table' is a rule of the workflow")),
     ],
 )
 def test_bad_targets(tmp_path: Path, targets: dict[str, Any], parts: tuple[str, ...]) -> None:

@@ -46,7 +46,11 @@ def small(tmp_path) -> Path:
 SECTION = {"kind": "bifurcation", "along": "restitution", "at": {"mass_ratio": 0.1}}
 
 PRODUCTS = {
-    "figures": {"model": MODEL, "section": SECTION},
+    "figures": {
+        "model": MODEL,
+        "section": SECTION,
+        "velocity": SECTION | {"variables": ["velocity"]},
+    },
     "tables": {"edges": {"kind": "intervals", "along": "restitution", "resolution": 0.1}},
 }
 
@@ -101,10 +105,14 @@ def test_changes_rerun_just_what_hangs_on_them(made):
     assert len(before) == 2
 
     # A caption concerns the figure alone, as does another drawing under the same name.
-    figures = {
-        "model": MODEL | {"drawing": "collision_system"},
-        "section": SECTION | {"caption": "New"},
-    }
+    figures = PRODUCTS["figures"] | {"section": SECTION | {"caption": "New"}}
+    write_small(made, **PRODUCTS | {"figures": figures})
+    assert jobs(snakemake(made)) == {"figure": 1, "all": 1}
+    # A job draws all figures of the cube; those that are sound stay.
+    log = (made / "results/logs/small/figures/section.log").read_text()
+    assert log == "drawing results/small/figures/section.svg\n"
+    assert "Nothing to be done" in snakemake(made, "-n")
+    figures = PRODUCTS["figures"] | {"model": MODEL | {"drawing": "collision_system"}}
     write_small(made, **PRODUCTS | {"figures": figures})
     assert jobs(snakemake(made, "-n")) == {"figure": 2, "all": 1}
 
@@ -209,7 +217,7 @@ def test_what_is_damaged_is_found_by_its_bytes_and_made_anew(made):
     slices[0].write_bytes(slices[0].read_bytes()[:-100])
     csv = results / "tables/edges.csv"
     csv.write_text(csv.read_text().replace("0.1", "0.2", 1))
-    flipped = [slices[1], results / "cube.nc", *(results / "figures").glob("*.*g")]
+    flipped = [slices[1], results / "cube.nc", *(results / "figures").glob("[ms]*.*g")]
     for path in flipped:
         flip_a_byte(path)
     postpone(*slices, results / "figures/section.png")
@@ -261,8 +269,8 @@ def test_verify_names_what_is_not_sound_and_makes_nothing(made):
         assert done.returncode == code, done.stderr
         return done.stdout.splitlines()
 
-    # Two slices, the cube, a schematic and a figure of two files each, a table.
-    assert verified(0) == ["8 files are sound, 0 are not."]
+    # Two slices, the cube, a schematic and two figures of two files each, a table.
+    assert verified(0) == ["10 files are sound, 0 are not."]
     cube, csv = (made / "results/small" / path for path in ("cube.nc", "tables/edges.csv"))
     flip_a_byte(cube)
     csv.write_text("")
@@ -276,15 +284,15 @@ def test_verify_names_what_is_not_sound_and_makes_nothing(made):
         "results/small/figures/section.png: out of date, made with other settings or code",
         "results/small/figures/section.svg: out of date, made with other settings or code",
         "results/small/tables/edges.md or the CSV beside it: damaged, or of an earlier version",
-        "3 files are sound, 5 are not.",
+        "5 files are sound, 5 are not.",
     ]
     unchanged = {path for path in before if not path.startswith(".snakemake")}
     assert {path: digests(made)[path] for path in unchanged} == {p: before[p] for p in unchanged}
-    # A cube, two figures of two files each, a table of two.
+    # A cube, three figures of two files each, a table of two.
     shutil.rmtree(made / "results")
     assert verified(1) == [
-        "results, 7 files: missing",
-        "0 files are sound, 7 are not.",
+        "results, 9 files: missing",
+        "0 files are sound, 9 are not.",
     ]
 
 

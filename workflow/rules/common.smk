@@ -13,6 +13,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 try:
+    from damper.papers.statements import STATEMENTS
     from damper.parameters.quantities import MODEL_NAMES
     from damper.report.stopped import stopped_lines
     from damper.report.workflow import JobSettings, cost_by_stage, failed_lines, left_over, redate
@@ -49,6 +50,7 @@ except ConfigError as error:
 STUDIES = {name: study for name, study in CONFIG.studies.items() if isinstance(study, Study)}
 # What is made without being asked for; verdicts and the page speak of these.
 DEFAULT = {name: CONFIG.studies[name] for name in CONFIG.default}
+JUDGED_BY = sorted({name for statement in STATEMENTS for name in statement.studies})
 RESULTS = CONFIG.results
 LOGS, TIMES = f"{RESULTS}/logs", f"{RESULTS}/logs/benchmarks"
 # What a job takes that must be alone. `workflow.cores` refuses commands that start no job (--unlock,

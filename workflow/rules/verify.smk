@@ -1,10 +1,5 @@
 """Verdicts on the papers' statements, from the cubes of the studies that bear on them."""
 
-from damper.papers.statements import STATEMENTS
-
-JUDGED_BY = sorted({name for statement in STATEMENTS for name in statement.studies})
-
-
 # Verdicts, and the page, belong to everything if all studies that verdicts need do. A run of one
 # study does not overwrite them; they can still be asked for by name.
 COMPLETE = all(name in DEFAULT for name in JUDGED_BY)
