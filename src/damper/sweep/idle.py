@@ -1,5 +1,7 @@
 """Idle runs, whose free mass touches no wall, and what they say where they start at exact rest."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping
 from typing import Any
 
