@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pytest
 from forced_scenes import FORCES, MODELS, random_scene
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -37,9 +38,9 @@ REPEATING = [name for name in FORCES if "record" not in name and name != "noise"
 
 
 @st.composite
-def runs(draw: st.DrawFn, forces: list[str], **more: st.SearchStrategy[Any]) -> Run:
-    """A damper of any model under one of these forces, some of it on the edges, and a start."""
-    model, force = draw(st.sampled_from([*MODELS, *SEVERAL])), draw(st.sampled_from(forces))
+def runs(draw: st.DrawFn, model: str, forces: list[str], **more: st.SearchStrategy[Any]) -> Run:
+    """Draw a damper under one of the forces, and a start; some have an edge value."""
+    force = draw(st.sampled_from(forces))
     seed = draw(st.integers(0, 10**6))
     scene = SEVERAL.get(model, lambda *given: random_scene(model, *given))
     values, (x, v, y, u) = scene(force, seed)
@@ -73,15 +74,17 @@ def assert_same_bits(one: EventTable, other: EventTable, **factors: float) -> No
         np.testing.assert_array_equal(one[name] * factors.get(name, 1), other[name], name)
 
 
-each = settings(max_examples=40)
+each = pytest.mark.parametrize("model", [*MODELS, *SEVERAL])
+few = settings(max_examples=6)
 
 
 @each
-@given(runs(OPPOSITE))
+@few
+@given(data=st.data())
 @plain
-def test_mirrored(run: Run) -> None:
+def test_mirrored(model: str, data: st.DataObject) -> None:
     """The opposite force, start and gravity, and the walls exchanged: the mirror image."""
-    p, s = run
+    run = p, s = data.draw(runs(model, OPPOSITE))
     opposite: dict[str, Any] = {"gravity": 0.0 - p.gravity}
     if isinstance(p.forcing, Harmonics):
         negative = [-a for a in p.forcing.amplitudes]
@@ -98,7 +101,7 @@ def test_mirrored(run: Run) -> None:
 
 
 def mirrored_mass(p: Parameters, own: dict[str, float]) -> dict[str, float]:
-    """The same of what a mass has of its own; what it has of all is exchanged already."""
+    """Mirror the own values of a mass; the shared values are mirrored already."""
     right = own.get("restitution", p.restitution)
     left = own.get("restitution_left", p.restitution_left)
     exchanged = {"restitution": left, "restitution_left": right} if left <= 1.0 else {}
@@ -107,14 +110,17 @@ def mirrored_mass(p: Parameters, own: dict[str, float]) -> dict[str, float]:
 
 
 @each
-@given(runs(REPEATING, modulation_order=st.sampled_from([1, 2, 4])), st.sampled_from([2, 20, 40]))
+@few
+@given(data=st.data(), power=st.sampled_from([2, 20, 40]))
 @plain
-def test_later(run: Run, power: int) -> None:
+def test_later(model: str, data: st.DataObject, power: int) -> None:
     """A time of 2^power cycles is exact."""
-    (p, s), periods = run, 2**power
+    orders = st.sampled_from([1, 2, 4])
+    run = p, s = data.draw(runs(model, REPEATING, modulation_order=orders))
+    periods = 2**power
     late = periods * p.cycle
     here, there = rows(run), rows((p, replace(s, time=late)), until=late + UNTIL)
-    # The end of a late run is rounded: one of them may hold one event more.
+    # The end of a late run is rounded: a run may hold an event more than the other.
     count = min(len(here), len(there))
     assert abs(len(here) - len(there)) <= 1
     here["period"] += periods
@@ -123,14 +129,14 @@ def test_later(run: Run, power: int) -> None:
 
 
 @each
-@given(
-    runs([name for name in FORCES if name != "none"], force_amplitude=st.just(1.0)),
-    *[st.integers(-6, 6)] * 3,
-)
+@few
+@given(data=st.data(), powers=st.tuples(*[st.integers(-6, 6)] * 3))
 @plain
-def test_in_other_units(run: Run, mass: int, stiffness: int, force: int) -> None:
+def test_in_other_units(model: str, data: st.DataObject, powers: tuple[int, int, int]) -> None:
     """Of powers of two, those of mass and stiffness even."""
-    p, s = run
+    mass, stiffness, force = powers
+    driven = [name for name in FORCES if name != "none"]
+    run = p, s = data.draw(runs(model, driven, force_amplitude=st.just(1.0)))
     try:
         si = SIParameters.of(p, 4.0**mass, 4.0**stiffness, 2.0**force)
     except ValueError:
@@ -148,10 +154,12 @@ def test_in_other_units(run: Run, mass: int, stiffness: int, force: int) -> None
 
 
 @each
-@given(runs(list(FORCES)), st.sampled_from([1e-14, 1e-8, 1e-5]))
+@few
+@given(data=st.data(), accuracy=st.sampled_from([1e-14, 1e-8, 1e-5]))
 @plain
-def test_with_another_accuracy(run: Run, accuracy: float) -> None:
+def test_with_another_accuracy(model: str, data: st.DataObject, accuracy: float) -> None:
     """It moves the end of a complete chatter sequence by that much, and nothing before."""
+    run = data.draw(runs(model, list(FORCES)))
     fine, coarse = (rows(run, accuracy=a) for a in sorted((1e-12, accuracy)))
     sticks = [np.flatnonzero(found["kind"] == STICK) for found in (fine, coarse)]
     count = min(len(fine), len(coarse))

@@ -1,9 +1,9 @@
-"""One driver for the solvers with a fixed step, and what their steps are made of.
+"""The driver of all solvers with a fixed step, and the functions that their steps share.
 
 A method is a NamedTuple of constants with three functions, `begin`, `take_events` and `advance`,
-each implemented for its class; `masses` reads off what is absolute. The driver cuts the run into
-steps, keeps notes of events, and sees to caps. All of it is compiled as the engine is, so that
-methods are compared and not languages.
+each implemented for its class; `masses` returns absolute displacements and velocities. The driver
+cuts the run into steps, notes events, and ends a run at its cap. All of it is compiled, as the
+engine is: methods are compared, not languages.
 """
 
 import math
@@ -77,7 +77,7 @@ class Piece(NamedTuple):
 
 
 class Counts(NamedTuple):
-    """What a run has come to so far. It is no array, which a step would pay for."""
+    """Numbers of a run so far; a NamedTuple, for an array would slow each step."""
 
     events: int
     evaluations: int
@@ -243,7 +243,7 @@ def force_at(damper: Damper, time: float) -> float:
 def rk4(
     damper: Damper, mass: float, x: float, v: float, time: float, step: float
 ) -> tuple[float, float]:
-    """One classical Runge-Kutta step of mass x'' + 2 zeta x' + x = sin(omega t + phase).
+    """Return a classical Runge-Kutta step of mass x'' + 2 zeta x' + x = sin(omega t + phase).
 
     The mass is 1 in flight, 1 + mu in sticking. Returns x(time + step) - x - v step, without
     cancellation, and v(time + step) - v.

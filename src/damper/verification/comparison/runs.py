@@ -1,4 +1,4 @@
-"""Every solver at every setting on one scene: what each run is off by, and what became of it."""
+"""Every solver at every setting on one scene: errors and outcome of each run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all solvers of a comparison are given: parameters, a start, an end."""
+"""A scene of a comparison: parameters, start and end of a run of all solvers."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

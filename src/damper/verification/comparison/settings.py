@@ -25,7 +25,7 @@ _HERE = "damper.verification.comparison"
 
 
 class SceneSettings(Strict):
-    """One run that all solvers are compared on."""
+    """A run on which all solvers are compared."""
 
     title: Annotated[Text, Field(description="A few words, for panels and tables.")]
     parameters: Annotated[
@@ -131,7 +131,7 @@ class Comparison(StudyFile):
     ] = _NONE
 
     def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
-        """Return for each scene its reference, and the runs of all solvers, which need it."""
+        """Return two jobs for each scene: its reference, and the runs of all solvers."""
         found = {}
         for name, scene in self.scenes.items():
             given, reference = {"scene": scene.settings()}, f"reference/{name}"
@@ -181,7 +181,7 @@ class Comparison(StudyFile):
 
     @property
     def values(self) -> dict[str, str]:
-        """What a page shows of the study's settings: name -> value."""
+        """Settings of the study for a page: name -> value."""
         found = {}
         for name, scene in self.scenes.items():
             given = ", ".join(f"{label_of(key)} {value:g}" for key, value in scene.values.items())

@@ -1,4 +1,4 @@
-"""What every solver of a comparison gives back."""
+"""The solution that every solver of a comparison returns."""
 
 from dataclasses import dataclass, field
 from math import nan

@@ -31,7 +31,7 @@ _ERRORS, _RATIOS = (1e-14, 1.0), (1.0, 1e5)
 
 
 class SolverSummary(Made):
-    """What each solver reaches on each scene, and what it costs beside the engine."""
+    """Smallest error of each solver on each scene, and its run time beside the engine's."""
 
     reads: ClassVar[tuple[str, ...]] = best.FILES
 

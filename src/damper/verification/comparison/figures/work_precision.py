@@ -52,7 +52,7 @@ class WorkPrecision(Made):
 
 
 def draw(results: Mapping[str, Any], settings: WorkPrecision) -> Figure:
-    """Draw one error of every run over its run time, a panel for each scene that has such."""
+    """Draw an error of every run over its run time, a panel for each scene with such errors."""
     errors, timings = results["cube"], results["timings"]
     error = settings.error
     known = errors[error].notnull().any(("solver", "level"))

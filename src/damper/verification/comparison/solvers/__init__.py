@@ -11,7 +11,7 @@ if TYPE_CHECKING:  # a solver is loaded when it is asked for
     from damper.verification.comparison.scene import Scene
     from damper.verification.comparison.solution import Solution
 
-#: The modules here, each with its `SOLVER`, in the order in which figures show them.
+#: Names of the modules with a `SOLVER`, in the order of figures and cubes.
 SOLVERS = ("exact", "dop853", "rk4_located", "rk4_step_end", "moreau_jean")
 
 
@@ -41,5 +41,5 @@ def load(name: str) -> Solver:
 
 
 def in_order(names: Container[str]) -> list[str]:
-    """Those of the `SOLVERS` that are asked for, in the order of figures and cubes."""
+    """Return the names in the order of `SOLVERS`."""
     return [name for name in SOLVERS if name in names]

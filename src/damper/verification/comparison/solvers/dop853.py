@@ -48,7 +48,7 @@ class Stopped(Exception):  # noqa: N818 - it is an outcome, no error
 
 
 class SolverRun:
-    """One run of a scene: what has come of it so far, and what it has cost.
+    """A run of a scene: its events so far, and its evaluations.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def _follow(run: SolverRun) -> tuple[float, list[float]]:
             run.impacts.append((run.reached, side, approach))
             z = [z[0], z[1] + side * share * (1.0 + r) * approach, 0.0, r * approach]
             force = run.contact_force(side, z)
-            # What is left of the burst to first order, 2 w / (a (1 - r)), is within tolerance.
+            # The rest of the burst, to first order 2 w / (a (1 - r)), is within tolerance.
             stuck = force > 0.0 and 2.0 * z[3] <= run.tolerance * force * (1.0 - r)
         if stuck:
             run.stick_times.append(run.reached)

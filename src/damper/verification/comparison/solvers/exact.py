@@ -1,7 +1,7 @@
 """This project's own engine: events in closed form, or found to roundoff.
 
-What its setting changes is the accuracy of completion times alone: where the closed rest of a
-complete chatter sequence begins. It is the bare engine; events and end are read off its log.
+Its setting is the accuracy of completion times: where the closed rest of a complete chatter
+sequence begins. It is the bare engine; events and end are read off its log.
 """
 
 import numpy as np

@@ -42,7 +42,7 @@ class MoreauJean(NamedTuple):
 
 
 class ContactMemory(NamedTuple):
-    """What is remembered of the impulses, from which events are read off."""
+    """The impulses so far, as far as events are read off them."""
 
     side: float
     since: float
@@ -138,7 +138,7 @@ def _advance(method, state, piece, counts):
 
 @compiled
 def _read(method, state, time, notes, counts):
-    """What the impulse of a step means, or that there is none."""
+    """Read events off the impulse of a step."""
     acts, side, gap, rate, start = state.impulse
     wall, since, acted, stuck, free, parted, last = state.contact
     if acts:

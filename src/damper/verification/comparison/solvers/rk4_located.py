@@ -11,7 +11,7 @@ y - x are resolved as well.
 **Sticking** begins after an impact with the rebound speed w if the contact force is positive,
 a > 0, and the flight back, 2 w / a, takes no more than h^2 max(1, omega), h the step. Up to O(w^3)
 the masses after that follow the motion of the stuck pair (docs/method.md), that is up to O(h^6):
-all that comes after a burst keeps the fourth order of the rest. Sticking itself begins too early
+motion after a burst keeps the fourth order. Sticking itself begins too early
 by 2 w / (a (1 - r)), O(h^2) / (1 - r): second order.
 
 With a step so short that a bounce no longer moves the time, before sticking sets in, the run has
