@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from damper.parameters.lazy import xr
 from damper.parameters.masses import split
 from damper.parameters.quantities import INITIAL_NAMES
 
@@ -16,7 +15,7 @@ _MOVED = (*INITIAL_NAMES, "gravity", "friction", "support_stiffness_ratio", "sup
 CONTACT = ("impacts_per_period", "bursts_per_period", "sticking_fraction")
 
 
-def contact(cube: xr.Dataset) -> xr.DataArray | None:
+def contact(cube: Any) -> Any:
     """Return whether the walls are touched at each point, NaN where a run stopped.
 
     Is None if the cube holds no impacts and no bursts.
@@ -40,13 +39,13 @@ def starts_at_exact_rest(primary: str, values: Mapping[str, Iterable[float]]) ->
     return primary == "rest" and not any(value != 0.0 for along in moved for value in along)
 
 
-def from_exact_rest(cube: xr.Dataset) -> bool:
+def from_exact_rest(cube: Any) -> bool:
     """Whether all runs of a cube start at exact rest; see `starts_at_exact_rest`."""
     values: dict[str, Any] = {str(name): cube[name].values.flat for name in cube.coords}
     return starts_at_exact_rest(cube.attrs.get("primary_starts", ""), values)
 
 
-def idle_from_rest(cube: xr.Dataset) -> dict[str, int]:
+def idle_from_rest(cube: Any) -> dict[str, int]:
     """Attribute of a cube that counts the idle runs from exact rest, if there are any."""
     touched = contact(cube) if from_exact_rest(cube) else None
     count = 0 if touched is None else int((touched == 0.0).sum())
