@@ -90,3 +90,11 @@ def test_legends_tell_slopes_and_how_many_points(cube: xr.Dataset) -> None:
         "law of the second order, slope 3",
         "below 100 times the uncertainty of the simulation",
     ]
+
+
+def test_plastic_bursts_have_nothing_to_draw() -> None:
+    """Predicted exactly: no error that a logarithmic axis shows."""
+    cube = damper.simulate(**POINT, damping_ratio=0.01, restitution=0.0, **RUN)
+    assert float(cube.complete_bursts) > 0
+    figure = drawn("accumulation", cube)
+    assert "no complete burst" in figure.axes[0].texts[0].get_text()

@@ -162,6 +162,32 @@ def test_shading_on_an_uneven_and_on_a_descending_grid() -> None:
 # --- unusual cubes
 
 
+def test_missing_samples() -> None:
+    """Runs that stopped have NaN samples: neither drawn nor in the way."""
+    cube = made_up()
+    cube["displacement"].loc[{"restitution": 0.8}] = np.nan
+    cube["displacement"][..., 3, 2:] = np.nan
+    figure = drawn(cube, rows="frequency_ratio")
+    low, high = figure.axes[0].get_ylim()
+    assert np.isfinite([low, high]).all()
+    assert low < float(cube.displacement.isel(frequency_ratio=0).min())
+
+
+@pytest.mark.parametrize("value", [0.0, 3.0, -2.5e-9])
+def test_samples_that_are_all_equal(value: float) -> None:
+    cube = made_up()
+    cube["displacement"][:] = value
+    low, high = drawn(cube, rows="frequency_ratio").axes[0].get_ylim()
+    assert low < value < high
+
+
+def test_single_value_along() -> None:
+    figure = drawn(made_up({"restitution": [0.5]}, chatter=[2]), rows="frequency_ratio")
+    assert set(points(figure.axes[0]).get_xdata()) == {0.5}
+    low, high = figure.axes[0].get_xlim()
+    assert low < 0.5 < high
+
+
 def test_logarithmic_axis_is_drawn_as_one() -> None:
     """Points are as far apart on the paper, and shades reach half way between them there."""
     grid = [0.01 * 10.0 ** (k / 4) for k in range(9)]

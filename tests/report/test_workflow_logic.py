@@ -1,6 +1,7 @@
 """Decisions and messages of the workflow, without Snakemake."""
 
 import os
+import shutil
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -70,6 +71,13 @@ def test_results_that_are_gone_are_counted_by_their_folder(made):
         True,
     )
     assert verified(JobSettings(), "c/cube.nc")[1]
+
+
+def test_a_file_under_the_name_of_another_is_out_of_date(made):
+    checked = Checked(Path("checked"))
+    assert made.mistake_in("a/one.svg", checked) == ""
+    shutil.copy2("a/two.svg", "a/one.svg")
+    assert made.mistake_in("a/one.svg", checked) == "out of date"
 
 
 def test_settings_of_a_job_are_formed_once():
