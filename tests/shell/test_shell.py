@@ -1,8 +1,8 @@
 """The command `damper`."""
 
+import csv
 from pathlib import Path
 
-import pandas as pd
 import pytest
 from click.testing import CliRunner
 from scenes import SLOW as POINT
@@ -24,9 +24,10 @@ def test_events_are_those_of_python(tmp_path: Path) -> None:
     files = tmp_path / "events.csv", tmp_path / "motion.png"
     called(*EVENTS, "--until=60", f"--csv={files[0]}", f"--plot={files[1]}")
     found = damper.events(damper.Parameters(**POINT), until=60.0)
-    table = pd.read_csv(files[0])
-    assert table["time"].tolist() == found["time"].tolist()
-    assert table["kind"].value_counts()["stick"] == (found["kind"] == 1).sum()
+    with files[0].open() as file:  # pandas rounds otherwise
+        table = list(csv.DictReader(file))
+    assert [float(row["time"]) for row in table] == found["time"].tolist()
+    assert [row["kind"] for row in table].count("stick") == (found["kind"] == 1).sum()
     assert files[1].stat().st_size > 10_000
     printed = called(*EVENTS, "--until=60").splitlines()
     assert len(printed) == len(found) + 1
