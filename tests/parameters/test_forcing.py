@@ -344,6 +344,14 @@ def test_files_that_are_refused(
     assert "record.csv" in message or given
 
 
+def test_a_byte_far_down_that_is_no_text_is_named_once(tmp_path: Path) -> None:
+    path = tmp_path / "record.csv"
+    path.write_bytes(b"".join(b"%d,1\n" % k for k in range(5000)) + b"5000,\xb2\n")
+    message = refused(lambda: Record.read(path))
+    assert message.startswith(f"{path}: not a CSV file in UTF-8: 'utf-8' codec can't decode byte")
+    assert message.count("record.csv") == 1
+
+
 def test_files_that_never_end_are_refused(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "device").symlink_to("/dev/zero")

@@ -68,7 +68,7 @@ class RecordFile:
             raise ValueError(f"columns = {columns!r}: must be those of time and value")
         if delimiter is not None and len(delimiter) != 1:
             raise ValueError(f"delimiter = {delimiter!r}: must be one character")
-        self.path, self._units, self._columns = path, units, columns
+        self.path, self._columns = path, columns
         self._data = _text(path)
         self._separator, self._decimal = delimiter or "", "."
         self._head: list[str] = []
@@ -120,12 +120,9 @@ class RecordFile:
     def _lines(self) -> Iterator[tuple[int, str]]:
         """Yield number and text of all lines that are not empty."""
         with io.TextIOWrapper(io.BytesIO(self._data), encoding="utf-8-sig") as file:
-            try:
-                for number, line in enumerate(file, 1):
-                    if not line.isspace():
-                        yield number, line.rstrip("\n")
-            except UnicodeDecodeError as error:
-                raise ValueError(f"{self.path}: not a CSV file in UTF-8: {error}") from None
+            for number, line in enumerate(file, 1):
+                if not line.isspace():
+                    yield number, line.rstrip("\n")
 
     def _rows(self) -> Iterator[tuple[int, str]]:
         """Yield number and text of the lines with samples."""
@@ -264,11 +261,11 @@ def _text(path: str | os.PathLike[str]) -> bytes:
     for first, words in _PACKED.items():
         if data.startswith(first):
             raise ValueError(f"{path}: is {words}")
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        try:
-            return data.decode("utf-16").encode()
-        except UnicodeDecodeError as error:
-            raise ValueError(f"{path}: not a CSV file in UTF-16: {error}") from None
-    if b"\0" in data[:1000]:
+    encoding = "UTF-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "UTF-8"
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: not a CSV file in {encoding}: {error}") from None
+    if "\0" in text[:1000]:
         raise ValueError(f"{path}: is no text: must be a CSV file in UTF-8")
-    return data
+    return text.encode() if encoding == "UTF-16" else data
