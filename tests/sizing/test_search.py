@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from damper.sizing.machine import machine_of
-from damper.sizing.search import Search
+from damper.sizing.search import Search, measure
 from damper.sizing.study import Judge, Sizes
 
 #: The natural frequency of a machine of rate 1, in Hz.
 F = 0.5 / math.pi
-LIGHT = {"mass": 1000.0, "stiffness": 1000.0, "largest_mass": 1.0, "largest_gap": 1e9}
+LIGHT = {"mass": 1000.0, "stiffness": 1000.0, "largest_mass": 1.0, "largest_gap": 1e6}
 
 
 ALL_DAMPERS = [False, pytest.param(True, marks=pytest.mark.exhaustive)]
@@ -22,7 +22,8 @@ ALL_DAMPERS = [False, pytest.param(True, marks=pytest.mark.exhaustive)]
 def test_the_decay_law_is_found_in_its_limit(whole: bool) -> None:
     """At a mass ratio of 1e-3: the time to 1 %, by a gap within 5 % of the law's fold.
 
-    From all dampers, or from gaps about the law's in steps of 4 %.
+    From all dampers, or from gaps about the law's in steps of 4 %. The law knows no start: it is
+    the median of all of them, and the worst one, which falls into step late, is a little longer.
     """
     given = {"damping_ratio": 1e-3, "initial_displacement": 1.0, "decay_to": 0.5}
     judge = Judge(machine_of({**LIGHT, **given, "restitution": 0.2}))
@@ -30,7 +31,9 @@ def test_the_decay_law_is_found_in_its_limit(whole: bool) -> None:
     about = [Sizes(1.0, asked.gap * (1.0 + 0.04 * k), 0.2) for k in range(-2, 3)]
     found = search.best() if whole else search.best_of(about)
     assert found.mass == 1.0
-    assert math.isclose(search.bounds[found], judge.law(asked)["value"], rel_tol=0.01)
+    law = judge.law(asked)["value"]
+    assert math.isclose(np.median(measure(judge, judge.chains(found))), law, rel_tol=0.01)
+    assert law < search.bounds[found] < 1.05 * law
     assert math.isclose(found.gap, asked.gap, rel_tol=0.05)
 
 
@@ -52,6 +55,72 @@ def test_the_resonance_law_is_found_in_its_limit(restitution: float, whole: bool
     assert math.isclose(found.gap, gap, rel_tol=0.0101)
     law = judge.law(Sizes(1.0, gap, restitution))["value"]
     assert math.isclose(search.bounds[found], law, rel_tol=0.01)
+
+
+def test_no_start_of_a_lightly_damped_machine_moves_further() -> None:
+    """From anywhere in the amplitude without damper the large motion with two impacts is found.
+
+    The amplitude is F/(2 zeta K). From rest and from ten times the least amplitude of the closed
+    law all runs stay below 2.2 mm.
+    """
+    machine = machine_of(
+        {
+            "mass": 100.0,
+            "natural_frequency": 31.8,
+            "damping_ratio": 1e-3,
+            "force_amplitude": 200.0,
+            "band": [28.0, 36.0],
+            "largest_mass": 5.0,
+            "largest_gap": 0.02,
+            "restitution": 0.8,
+        }
+    )
+    judge, draw = Judge(machine), random.Random(3)
+    asked = Sizes(5.0, 0.006, 0.8)
+    alone = 200.0 / (100.0 * (math.tau * 31.8) ** 2) / (2.0 * 1e-3)
+    starts = [
+        {
+            "initial_displacement": alone * draw.uniform(-1.0, 1.0),
+            "initial_position": draw.choice([-1.0, 1.0]),
+            "forcing_frequency": math.tau * draw.uniform(28.0, 36.0),
+        }
+        for _ in range(300)
+    ]
+    sizes = {"free_mass": 5.0, "gap": 0.006, "restitution": 0.8}
+    brute = measure(judge, [[machine.primary | sizes | start] for start in starts])
+    assert brute.max() > 4e-3
+    assert Search(judge).worst(asked) > 0.99 * brute.max()
+
+
+def test_no_place_of_the_free_mass_lets_a_motion_ring_longer() -> None:
+    """Of all places in the box and gaps within the tolerance; three places say .43 s."""
+    given = {"damping_ratio": 0.005, "initial_displacement": 0.01, "decay_to": 0.2}
+    machine = machine_of(
+        {
+            "mass": 100.0,
+            "natural_frequency": 10.0,
+            "largest_mass": 6.0,
+            "largest_gap": 0.2,
+            "restitution": 0.4,
+            "gap_tolerance": 1e-3,
+            **given,
+        }
+    )
+    judge, draw = Judge(machine), random.Random(3)
+    asked = Sizes(6.0, 0.02787, 0.4)
+    brute = measure(
+        judge,
+        [
+            [
+                judge.fixed
+                | {"free_mass": 6.0, "restitution": 0.4, "gap": draw.uniform(0.02687, 0.02887)}
+                | {"initial_position": draw.uniform(-1.0, 1.0)}
+            ]
+            for _ in range(300)
+        ],
+    )
+    assert brute.max() > 0.5
+    assert 0.95 * brute.max() < Search(judge).worst(asked) < math.inf
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.exhaustive)])

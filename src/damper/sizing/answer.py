@@ -21,6 +21,8 @@ from damper.sweep.progress import progress_bar
 
 #: More than without the damper, by more than transients leave.
 _MORE = 1.01
+#: Fresh runs that exceed the worst case by more than this are a warning.
+_EXCEEDED = 1.05
 #: Steps along the gap when a periodic motion is followed, and motions at most.
 _FOLLOW: Mapping[str, Any] = {"step": 0.05, "max_orbits": 120, "until_change": True}
 _GAPS = (0.4, 2.5)
@@ -53,8 +55,11 @@ class Design:
     restitution: float = _number("coefficient of restitution")
     without: float = _number("without damper", "*")
     worst: float = _number("worst case", "*")
+    runs: float = _number("the largest of so many runs", digits=6)
     worst_frequency: float = _number("worst at", "Hz")
-    as_built: float = _number("without tolerances", "*")
+    as_built: float = _number("the largest without tolerances", "*")
+    fresh_share: float = _number("fresh random runs that exceed the worst case", "%")
+    fresh_ratio: float = _number("the largest fresh run, over the worst case")
     law: float = _number("by the closed law", "*")
     band_ratio: float = _number("largest over that without damper, in the band")
     outside_ratio: float = _number("the same outside of the band")
@@ -191,7 +196,7 @@ def design(
         damper = search.best()
         each = search.best_of_each(damper) if judge.machine.materials else []
     materials = _materials(judge.machine, [(one, search.bounds[one]) for one in each])
-    return _checked(replace(_answer(judge, damper), materials=materials))
+    return _checked(replace(_answer(search, damper), materials=materials))
 
 
 def machine_from(machine: Any, given: Mapping[str, Any]) -> Machine:
@@ -244,19 +249,21 @@ def _by_law(judge: Judge) -> Design:
             "record: leave out quick"
         )
     every = [(judge.law_gap(m.largest_mass, r), r) for r in m.restitutions]
-    dampers = [Sizes(m.largest_mass, rounded(min(gap, m.largest_gap), 4), r) for gap, r in every]
+    dampers = [
+        Sizes(m.largest_mass, min(rounded(gap, DIGITS), m.largest_gap), r) for gap, r in every
+    ]
     laws = [judge.law(damper) for damper in dampers]
     # Of a large motion that is possible as well the least, then that of the law.
     values = [
         (law.get("largest", law["value"]), law["value"]) if law else (math.inf,) for law in laws
     ]
     best = min(range(len(laws)), key=values.__getitem__)
-    damper, law, asked = dampers[best], laws[best], max(every)[0]
+    damper, law = dampers[best], laws[best]
     if not law:
+        low, high = m.band or (0.0, 0.0)
         raise ValueError(
-            "the closed laws hold at the natural frequency, "
-            f"{m.rate / (2.0 * math.pi):.4g} Hz, and with a gap of {text_of(asked, 'm')} or less, "
-            "for a decay exactly that: must be within band and largest_gap; or leave out quick"
+            f"band = [{low:g}, {high:g}] Hz: the closed laws hold at the natural frequency, "
+            f"{m.rate / math.tau:.4g} Hz: must be a band around it; or leave out quick"
         )
     of_each = [(one, found[0]) for one, found in zip(dampers, values, strict=True)]
     found = _design(judge, damper, quick=True, law=law["value"], warnings=_by_size(judge, damper))
@@ -322,44 +329,63 @@ def _assumptions(judge: Judge, quick: bool) -> Iterator[str]:
         return
     run = judge.run
     if m.is_free:
-        yield "It is let go at rest; the free mass is stirred, in the middle or halfway to a wall."
+        yield "It is let go at rest, the free mass anywhere in the box and a little stirred."
         return
     if m.is_recorded:
         yield (
-            "All begins at rest, the free mass in the middle, halfway to a wall or at one. The run "
-            f"has {run['periods']['time']:.4g} s; another record is another case."
+            "All begins at rest, the free mass anywhere in the box. The run has "
+            f"{run['periods']['time']:.4g} s; another record is another case."
         )
         return
     yield (
-        f"Starts: at rest, and from {text_of(judge.far, 'm')}, with the free mass stirred; and the "
-        f"motion followed through the band both ways. {run['transient']} cycles pass before "
-        f"{run['periods']} count."
+        f"Starts: at rest, from {text_of(judge.far, 'm')} to either side, on the closed motion "
+        "with two impacts per cycle, and at random; and motions followed through the band both "
+        "ways. "
+        f"{run['transient']} cycles pass before {run['periods']} count."
     )
-    yield f"The band has {len(judge.band)} frequencies; between them nothing is computed."
+    yield f"The band has {len(judge.band)} frequencies; between them only random starts are."
 
 
-def _answer(judge: Judge, damper: Sizes) -> Design:
-    studies = {"worst_case": judge.worst_case(damper)}
+def _answer(search: Search, damper: Sizes) -> Design:
+    judge = search.judge
+    every = search.every_run(damper)
+    studies = {"worst_case": judge.worst_case(damper), "check": judge.check(damper)}
     cube = cube_of(studies["worst_case"])
     numbers: dict[str, Any] = {"law": judge.law(damper).get("value", math.nan)}
+    frequency = 0.0
     if judge.machine.is_free:
         studies["envelope"] = judge.envelope(damper)
         numbers |= _decay_numbers(cube, cube_of(studies["envelope"]), judge.machine)
     elif judge.machine.is_recorded:
         studies |= {"without": judge.without(), "history": judge.history(damper)}
-        numbers |= _record_numbers(cube, cube_of(studies["history"]), judge)
+        numbers |= _record_numbers(every, cube, cube_of(studies["history"]), judge)
     else:
-        studies["sweep"] = judge.sweep(damper)
-        numbers |= _band_numbers(cube, cube_of(studies["sweep"]), judge)
-        studies["motions"] = judge.motions(damper, numbers["worst_frequency"])
-        numbers["motions"] = _motions(cube_of(studies["motions"]), judge.machine)
-    frequency = numbers.get("worst_frequency", 0.0)
+        frequency = float(every.frequency.iloc[every.value.argmax()])
+        studies |= {"sweep": judge.sweep(damper), "motions": judge.motions(damper, frequency)}
+        motions = cube_of(studies["motions"])
+        numbers["motions"] = _motions(motions, judge.machine)
+        every = pd.concat([every, _runs_of(motions, judge.machine, frequency)])
+        numbers |= {"worst_frequency": frequency} | _band_numbers(every, cube, judge)
+    studies["worst"] = judge.one(damper, search.hardest[damper])
+    numbers |= _largest(every, cube_of(studies["check"])[judge.machine.measured[0]])
     orbit = _orbit(judge, damper, frequency)
     if orbit:
         numbers |= _margins(orbit, damper.gap)
     numbers |= _changes(judge, damper, frequency, orbit, studies)
     warnings = _warnings(judge, numbers) + _by_size(judge, damper)
     return _design(judge, damper, quick=False, studies=studies, warnings=warnings, **numbers)
+
+
+def _largest(every: pd.DataFrame, fresh: xr.DataArray) -> dict[str, Any]:
+    """The worst case of all runs, and how many of the fresh ones exceed it."""
+    worst, fresh = float(every.value.max()), fresh.fillna(np.inf)
+    return {
+        "worst": worst,
+        "runs": float(len(every)),
+        "as_built": float(every.value[every.built].max()),
+        "fresh_share": 100.0 * float((fresh > worst).mean()),
+        "fresh_ratio": float(fresh.max()) / worst,
+    }
 
 
 def cube_of(study: Mapping[str, Any]) -> xr.Dataset:
@@ -387,7 +413,7 @@ def _worst(array: xr.DataArray, keep: str = "") -> xr.DataArray:
 def _decay_numbers(cube: xr.Dataset, envelope: xr.Dataset, m: Machine) -> dict[str, Any]:
     times = cube.fall_time.isel(part=0)
     peaks = envelope[["peak_time", "peak_amplitude"]].to_dataframe().dropna().reset_index()
-    numbers = _cases(times, m)
+    numbers: dict[str, Any] = {"tolerances": _tolerances(times, m)}
     if len(peaks):  # under heavy damping there are none
         time, built = peaks.peak_time - peaks.peak_time.iloc[0], peaks.peak_amplitude
         alone = built.iloc[0] * np.exp(-m.damping_ratio * m.rate * time)
@@ -396,7 +422,9 @@ def _decay_numbers(cube: xr.Dataset, envelope: xr.Dataset, m: Machine) -> dict[s
     return numbers
 
 
-def _record_numbers(cube: xr.Dataset, history: xr.Dataset, judge: Judge) -> dict[str, Any]:
+def _record_numbers(
+    every: pd.DataFrame, cube: xr.Dataset, history: xr.Dataset, judge: Judge
+) -> dict[str, Any]:
     m = judge.machine
     sizes = cube[m.measured[0]]
     over = _worst(sizes, "force_amplitude") / sizes.force_amplitude / _without(judge, [])[0]
@@ -409,11 +437,11 @@ def _record_numbers(cube: xr.Dataset, history: xr.Dataset, judge: Judge) -> dict
     table = pd.DataFrame({name: history[variable].values for name, variable in names.items()})
     return {
         "response": table.dropna().reset_index(drop=True),
-        **_cases(cube[m.measured[0]], m),
+        "tolerances": _tolerances(cube[m.measured[0]], m),
         "weak_ratio": float(over[0]),
         "strong_ratio": float(over[2]),
-        "impact_rate": float(cube.impacts_per_period.max()) * m.rate / math.tau,
-        "approach_speed": float(cube.max_approach_speed.max()),
+        "impact_rate": float(every.impact_rate.max()),
+        "approach_speed": float(every.approach_speed.max()),
     }
 
 
@@ -423,15 +451,6 @@ def _as_built(array: xr.DataArray, but: str = "") -> xr.DataArray:
         if name in array.dims and name != but:
             array = array.isel({name: 1})
     return array
-
-
-def _cases(array: xr.DataArray, m: Machine) -> dict[str, Any]:
-    """The worst case of what counts, without tolerances as well, and with one at a time."""
-    return {
-        "worst": float(_worst(array)),
-        "as_built": float(_worst(_as_built(array))),
-        "tolerances": _tolerances(array, m),
-    }
 
 
 def _tolerances(array: xr.DataArray, m: Machine) -> pd.DataFrame | None:
@@ -445,32 +464,40 @@ def _tolerances(array: xr.DataArray, m: Machine) -> pd.DataFrame | None:
     return pd.DataFrame(rows, columns=["off by", "less", "as built", "more"]) if rows else None
 
 
-def _band_numbers(cube: xr.Dataset, sweep: xr.Dataset, judge: Judge) -> dict[str, Any]:
+def _runs_of(motions: xr.Dataset, m: Machine, frequency: float) -> pd.DataFrame:
+    """The runs of the study of motions, as the search has its own."""
+    made = {
+        "value": motions[m.measured[0]].fillna(np.inf).values,
+        "frequency": frequency,
+        "built": True,
+        "impact_rate": frequency * motions.impacts_per_period.values,
+        "approach_speed": motions.max_approach_speed.values,
+    }
+    return pd.DataFrame(made)
+
+
+def _band_numbers(every: pd.DataFrame, cube: xr.Dataset, judge: Judge) -> dict[str, Any]:
     m = judge.machine
-    variable, axis = m.measured[0], "forcing_frequency"
-    array = cube[variable]
-    rates = array[axis].values
-    hertz = np.array(sorted([*judge.band, *judge.beyond]))
-    inside = np.isin(hertz, judge.band)
-    followed = np.zeros(len(hertz))
-    followed[inside] = _worst(sweep[variable], axis).values
-    worst = np.maximum(_worst(array, axis).values, followed)
-    built = np.maximum(_worst(_as_built(array), axis).values, followed)
+    axis, band, beyond = "forcing_frequency", judge.band, judge.beyond
+    array = cube[m.measured[0]]
+    hertz = np.array(sorted([*band, *beyond]))
+    inside = np.isin(hertz, band)
+    worst, built = _worst(array, axis).values, _worst(_as_built(array), axis).values
+    # A run between the frequencies of the band belongs to the nearest one.
+    nearest = np.abs(every.frequency.values[:, None] - np.array(band)).argmin(axis=1)
+    places = np.flatnonzero(inside)[nearest]
+    np.maximum.at(worst, places, every.value.values)
+    np.maximum.at(built, places[every.built], every.value.values[every.built])
     without = _without(judge, hertz.tolist())
     ratio = worst / without
-    at, out = np.argmax(np.where(inside, worst, 0.0)), np.argmax(np.where(inside, 0.0, ratio))
-    rate = cube.impacts_per_period * cube[axis] / (2.0 * math.pi)
-    in_band = cube[axis].isin(rates[inside])
+    out = np.argmax(np.where(inside, 0.0, ratio))
     table = {"frequency": hertz, "without": without, "as_built": built, "worst": worst}
     return {
-        "worst": float(worst[at]),
-        "worst_frequency": float(hertz[at]),
-        "as_built": float(built[inside].max()),
-        "band_ratio": float(ratio[inside].max()),
+        "band_ratio": float((every.value / _without(judge, every.frequency.tolist())).max()),
         "outside_ratio": float(ratio[out]),
         "outside_frequency": float(hertz[out]),
-        "impact_rate": float(rate.where(in_band).max()),
-        "approach_speed": float(cube.max_approach_speed.where(in_band).max()),
+        "impact_rate": float(every.impact_rate.max()),
+        "approach_speed": float(every.approach_speed.max()),
         "response": pd.DataFrame(table),
         "tolerances": _tolerances(array.isel({axis: np.flatnonzero(inside)}), m),
     }
@@ -506,7 +533,7 @@ def _orbit(judge: Judge, damper: Sizes, frequency: float) -> Any:
     if not frequency:
         return None
     kind = judge.machine.force[0]
-    given = judge.machine.primary | judge.nominal(damper)
+    given = judge.machine.primary | judge.sizes(damper)
     p = package.SIParameters(**given, forcing_frequency=2.0 * math.pi * frequency, forcing=kind)
     try:
         orbit = package.periodic_orbit(p, settle=judge.run["transient"])
@@ -568,6 +595,11 @@ def _changes(
 def _warnings(judge: Judge, numbers: Mapping[str, Any]) -> tuple[str, ...]:
     m = judge.machine
     found = []
+    if numbers["fresh_ratio"] > _EXCEEDED:
+        found.append(
+            f"{numbers['fresh_share']:.2g} % of fresh random runs exceed the worst case that the "
+            f"search found, by up to {100.0 * numbers['fresh_ratio'] - 100.0:.2g} %."
+        )
     if numbers["worst"] >= float(_without(judge, judge.band).max()):
         found.append("It does not help: the worst case is no better than without it.")
     if numbers.get("outside_ratio", 0.0) > _MORE:

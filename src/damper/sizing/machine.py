@@ -325,12 +325,17 @@ class Machine(Settings):  # type: ignore[misc]
     def undamped(self, frequency: float) -> float:
         """Amplitude in m without the damper at a frequency in Hz; infinite where it grows."""
         ratio = 2.0 * math.pi * frequency / self.rate
+        return self.driven(frequency) * steady_amplitude(self.damping_ratio, ratio)
+
+    def driven(self, frequency: float) -> float:
+        """Amplitude in m of what drives it at a frequency in Hz, as a force over the stiffness."""
+        ratio = 2.0 * math.pi * frequency / self.rate
         kind = self.force[0]
         factor = {"harmonic": 1.0, "unbalance": ratio**2}.get(kind)
         if factor is None:
             own = 2.0 * self.damping_ratio
             factor = math.hypot(1.0, own * ratio) / math.hypot(1.0, own)
-        return self.static * factor * steady_amplitude(self.damping_ratio, ratio)
+        return self.static * factor
 
     @property
     def measured(self) -> tuple[str, str, str]:

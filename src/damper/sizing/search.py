@@ -3,7 +3,8 @@
 The worst case of a damper is the greatest of many runs, so some of its runs bound it from below.
 Dampers of a grid wait in the order of their bounds; the first ones get more runs, until the first
 has all of its own: then no other can be better, and most were never run in full. The cases that
-were worst for the dampers before are run first. A finer grid about the most promising dampers
+were worst for the dampers before are run first. The first one then gets more runs about its worst
+case, and is the best where it remains the first. A finer grid about the most promising dampers
 follows, twice. A method that follows slopes is lost here: motions are born and die as the gap
 changes, and the worst case jumps. One that draws at random pays for every run of every damper.
 """
@@ -13,12 +14,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from damper.parameters.lazy import pd
 from damper.sizing.machine import MASS_RATIOS
-from damper.sizing.study import Chain, Judge, Sizes, rounded
+from damper.sizing.study import Case, Chain, Judge, Sizes, rounded
 from damper.sweep.progress import Progress
 from damper.sweep.runs import run_points
 
@@ -46,8 +48,11 @@ _BAND = _Grid(1.0125, (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3), (1.006, 1.0015))
 _STEPS, _PARTS = 4, (12.0, 48.0)
 #: Dampers about which the grid is made finer: at most, and with bounds over the best worst case.
 _PROMISING, _NEAR = 8, 1.1
-#: Dampers that get more runs at a time, so that there is work for all cores, and cases of each.
-_AT_ONCE, _CASES = 6, 8
+#: Dampers that get more runs at a time, so that there is work for all cores, and cases of each, at
+#: first; then twice as many.
+_AT_ONCE, _CASES = 8, 4
+#: Times that the worst case of a damper is looked for nearby, and its rise that is worth another.
+_LOOKS, _RISE = 4, 1.001
 
 
 class Search:
@@ -61,14 +66,13 @@ class Search:
         self.doing = ""
         """The present step, for a person who waits."""
         self.show: Progress | None = None
+        self.near: dict[Sizes, list[Case]] = {}
+        """Sizes -> cases about the worst one, of dampers that had all of their own."""
+        self.hardest: dict[Sizes, Case] = {}
+        """Sizes -> the case that was the worst, up to there."""
         self._left: dict[Sizes, list[int]] = {}
         # Of each case the sum of its values over the bounds of their dampers, and their number.
-        self._hard = np.zeros((2, self._cases))
-
-    @property
-    def _cases(self) -> int:
-        m = self.judge.machine
-        return len(self.judge.chains(Sizes(m.largest_mass, m.largest_gap, m.restitutions[0])))
+        self._hard = np.zeros((2, len(judge.cases)))
 
     @property
     def _grid(self) -> _Grid:
@@ -105,9 +109,13 @@ class Search:
         while True:
             self._tell(dampers)
             ordered = sorted(dampers, key=self.bounds.__getitem__)
-            if not self._left[ordered[0]]:
-                return ordered[0]
-            self._advance([one for one in ordered if self._left[one]][:_AT_ONCE])
+            first = ordered[0]
+            if self._left[first]:
+                self._advance([one for one in ordered if self._left[one]][:_AT_ONCE])
+            elif first in self.near:
+                return first
+            else:
+                self._look_near(first)
 
     def best_of_each(self, found: Sizes) -> list[Sizes]:
         """The best damper of each restitution of the first grid, beside the one that is found."""
@@ -136,6 +144,27 @@ class Search:
         self.best_of([damper])
         return self.bounds[damper]
 
+    def every_run(self, damper: Sizes) -> pd.DataFrame:
+        """All runs of a damper again: value, frequency, whether it is as built, impacts."""
+        self.worst(damper)
+        judge, m = self.judge, self.judge.machine
+        cases = [*judge.cases, *self.near[damper]]
+        chains = [judge.chain(damper, case) for case in cases]
+        observers = judge.observers | ({} if m.is_free else {"impacts": {}})
+        arrays = _run(judge, chains, observers)
+        points = [point for chain in chains for point in chain]
+        values, own = arrays[m.measured[0]].reshape(-1) * m.size, judge.sizes(damper)
+        table = {
+            "value": np.where(np.isnan(values), np.inf, values),
+            "frequency": [point["forcing_frequency"] / math.tau for point in points],
+            "built": [own.items() <= point.items() for point in points],
+        }
+        if not m.is_free:
+            rate = np.array(table["frequency"])
+            table["impact_rate"] = rate * arrays["impacts_per_period"]
+            table["approach_speed"] = m.length * m.rate * arrays["max_approach_speed"]
+        return pd.DataFrame(table)
+
     def _about(self, damper: Sizes, ratio: float, parts: float) -> list[Sizes]:
         m = self.judge.machine
         masses = [self._mass(damper.mass * ratio**k) for k in (0, -_STEPS, _STEPS)]
@@ -160,41 +189,70 @@ class Search:
         return list(dict.fromkeys(map(Sizes._make, product(heavy, kept, restitutions))))
 
     def _advance(self, dampers: Sequence[Sizes]) -> None:
-        """Run the cases of each of these that are the hardest so far."""
-        mean = self._hard[0] / np.maximum(self._hard[1], 1.0)
-        taken, made = [], []
+        """Run the cases of each of these that are the hardest so far; those of many runs last."""
+        mean, cases = self._hard[0] / np.maximum(self._hard[1], 1.0), self.judge.cases
+        taken = []
         for damper in dampers:
-            self._left[damper].sort(key=lambda case: -mean[case])
-            taken.append(self._left[damper][:_CASES])
-            del self._left[damper][:_CASES]
-            chains = self.judge.chains(damper)
-            made += [chains[case] for case in taken[-1]]
-        values = measure(self.judge, made)
-        ends = np.cumsum([len(chain) for chain in made])
+            left = self._left[damper]
+            count = max(_CASES, (self._hard.shape[1] - len(left)) // 2)
+            left.sort(key=lambda case: (len(cases[case].hertz) > 1, -mean[case]))
+            taken.append((damper, left[:count]))
+            del left[:count]
+        asked = [(damper, [cases[number] for number in some]) for damper, some in taken]
+        for (damper, numbers), found in zip(taken, self._run(asked), strict=True):
+            bound = self.bounds[damper]
+            self._hard[0, numbers] += found / bound if bound < math.inf else found == bound
+            self._hard[1, numbers] += 1.0
+
+    def _look_near(self, damper: Sizes) -> None:
+        """Run more cases about the worst one, and again while that raises it."""
+        self.near[damper], bound = [], 0.0
+        for _ in range(_LOOKS):
+            if self.bounds[damper] <= _RISE * bound or self.bounds[damper] == math.inf:
+                return
+            bound, cases = self.bounds[damper], self.judge.near(self.hardest[damper])
+            self.near[damper] += cases
+            self._run([(damper, cases)])
+
+    def _run(self, asked: Sequence[tuple[Sizes, Sequence[Case]]]) -> list[np.ndarray]:
+        """Run cases of dampers, keep the worst ones, and return the greatest value of each case."""
+        chains = [self.judge.chain(damper, case) for damper, cases in asked for case in cases]
+        values = measure(self.judge, chains)
         self.runs += len(values)
-        greatest = iter([float(part.max()) for part in np.split(values, ends[:-1])])
-        for damper, cases in zip(dampers, taken, strict=True):
-            found = np.array([next(greatest) for _ in cases])
-            self.bounds[damper] = bound = max(self.bounds[damper], float(found.max()))
-            self._hard[0, cases] += found / bound if bound < math.inf else found == bound
-            self._hard[1, cases] += 1.0
+        ends = np.cumsum([len(chain) for chain in chains])
+        parts = np.split(values, ends[:-1])
+        greatest = np.array([part.max() for part in parts])
+        places = np.cumsum([len(cases) for _, cases in asked])
+        for (damper, cases), last in zip(asked, places, strict=True):
+            first = last - len(cases)
+            at = first + int(np.argmax(greatest[first:last]))
+            if greatest[at] > self.bounds[damper] or damper not in self.hardest:
+                self.bounds[damper] = float(greatest[at])
+                case = cases[at - first]
+                link = int(np.argmax(parts[at])) + 1
+                self.hardest[damper] = case._replace(hertz=case.hertz[:link])
+        return np.split(greatest, places[:-1])
 
 
 def measure(judge: Judge, chains: Iterable[Chain]) -> np.ndarray:
     """What counts, of each run; infinite where it stopped early or never fell so low."""
-    points: Chain = []
+    m = judge.machine
+    values = _run(judge, list(chains), judge.observers)[m.measured[0]]
+    return np.where(np.isnan(values), np.inf, values * m.size).reshape(-1)
+
+
+def _run(judge: Judge, chains: Sequence[Chain], observers: Any) -> dict[str, np.ndarray]:
+    """Run chains, each point from the end of the one before, and return what is observed."""
+    points = [point for chain in chains for point in chain]
     before: list[int] = []
     for chain in chains:
-        before += [-1, *range(len(points), len(points) + len(chain) - 1)]
-        points += chain
+        before += [-1, *range(len(before), len(before) + len(chain) - 1)]
     m = judge.machine
-    arrays, _ = run_points(
+    return run_points(
         points,
-        judge.observers,
+        observers,
         forcing=m.record if m.is_recorded else m.force[0],
         predecessor=before,
         workers=None,
         **judge.run,
-    )
-    values = arrays[m.measured[0]].reshape(len(points))
-    return np.where(np.isnan(values), np.inf, values * m.size)
+    )[0]

@@ -1,14 +1,17 @@
 """The studies that a damper is judged by: the same points for the search, the answer and a file.
 
-`worst_case` starts at each frequency at rest and far out, with all tolerances; `sweep` follows the
-motion through the frequencies, both ways; `motions` starts anywhere, at one frequency.
+The search runs the `cases` of a damper, which are those of any other: starts at rest, far out and
+on the closed motion with two impacts, at each frequency and with all tolerances; motions followed
+through the band both ways; random starts. More runs follow about the worst of them (`near`).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product as combinations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +20,7 @@ from damper.parameters import Parameters
 from damper.sizing.machine import Machine
 from damper.sweep.grid import product
 from damper.sweep.runs import run_points
-from damper.theory import free_decay
+from damper.theory import free_decay, two_impacts
 from damper.theory.slow_manifold import fold
 
 #: Frequencies in the band, at least and at most, and on each side of it.
@@ -40,14 +43,25 @@ _PLACES, _SIZES = [-1.0, -0.5, 0.0, 0.5, 1.0], [0.5, 1.0, 2.0]
 _AFTER = 2.0
 #: A gap over the displacement that no free mass crosses.
 _NO_WALLS = 1e9
+#: How far the gap of a decay may be above that of the law: numbers of four digits are rounded.
+_DIGIT = 1e-3
 #: Part of a quantity by which it is changed to see what that does.
 PART = 0.01
-#: Starts far out: displacement over the least amplitude, at most that without the damper.
-_FAR = 10.0
 #: Quantities of which a card says what a change does.
 CHANGED = ("free_mass", "gap", "restitution", "damping")
 #: Starts anywhere, at the frequency of the worst case.
 STARTS = 60
+#: Places of the free mass and gaps within the tolerance, where no frequency is to be chosen.
+_FINE_PLACES, _FINE_GAPS = 41, 9
+#: Random starts of any damper and near its worst case, and fresh ones that check the answer. With
+#: fewer the best damper would be the one whose large motions were missed by chance.
+_RANDOM, _NEARBY, _FRESH = 400, 100, 400
+#: Near: parts of the range of a place, and of a tolerance.
+_NEAR_PLACE, _NEAR_OFF = 0.05, 0.125
+#: The worst motion is followed to the next frequencies of the band: in so many steps.
+_FINER = 8
+#: What stirs the free mass.
+_SPEED = "initial_relative_velocity"
 
 
 #: Points, each of which starts from the end of the one before.
@@ -60,6 +74,19 @@ class Sizes(NamedTuple):
     mass: float
     gap: float
     restitution: float
+
+
+class Case(NamedTuple):
+    """A start of any damper, or one that is followed through some frequencies."""
+
+    off: tuple[float, ...]
+    """How far its sizes are off, as parts of their tolerances."""
+    start: Mapping[str, float]
+    """Initial quantities, in SI units."""
+    hertz: tuple[float, ...] = ()
+    """The frequencies, one after another."""
+    closed: bool = False
+    """Whether it starts on the closed motion with two impacts per cycle, where there is one."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +156,7 @@ class Judge:
         m, start = self.machine, self.machine.initial_displacement
         p = self._dimensionless(damper, clearance=0.5 * damper.gap, force_amplitude=0.0)
         low, _ = free_decay.amplitude_range(p)
-        end = m.decay_to * start * (1.0 + 1e-9)
+        end = m.decay_to * start * (1.0 + _DIGIT)
         return free_decay.decay_time(p, start, end) / m.rate if low <= end else math.inf
 
     @property
@@ -170,13 +197,17 @@ class Judge:
         transient = min(max(transient, _TRANSIENT[0]), _TRANSIENT[1])
         return {"transient": transient, "periods": max(40, transient // 4)}
 
-    @property
+    @cached_property
     def far(self) -> float:
-        """Where runs start that start far out, in m."""
+        """Displacement of the starts far out, in m: the largest amplitude without the damper.
+
+        Or, with little damping, the amplitude that a resonance reaches in the transient.
+        """
         m = self.machine
         if m.is_free:
             return m.initial_displacement
-        return rounded(min(_FAR * self.least, max(map(m.undamped, self.band))))
+        reached = math.pi * self.run["transient"] * m.static
+        return rounded(min(reached, max(map(m.undamped, self.band))))
 
     @property
     def observers(self) -> dict[str, Any]:
@@ -186,21 +217,32 @@ class Judge:
             return {"decay": {"half_cycles": 3, "parts": [m.decay_to]}}
         return {"response": {"extremes": True} if m.counts == "peak_acceleration" else {}}
 
+    @property
+    def tolerances(self) -> Sizes:
+        """How far a mass, a gap and a restitution may be off."""
+        m = self.machine
+        return Sizes(m.mass_tolerance, m.gap_tolerance, m.restitution_tolerance)
+
+    def sizes(self, damper: Sizes, off: tuple[float, ...] = (0, 0, 0)) -> dict[str, float]:
+        """Quantities of a damper that is off by parts of its tolerances."""
+        found = (v + part * t for v, part, t in zip(damper, off, self.tolerances, strict=True))
+        mass, gap, restitution = found
+        return {"free_mass": mass, "gap": max(gap, 0.0), "restitution": restitution}
+
+    @property
+    def starts(self) -> dict[str, list[float]]:
+        """Starts of all dampers, as an axis of a study."""
+        if self.machine.is_free:
+            return {"initial_position": [-0.5, 0.0, 0.5]}
+        if self.machine.is_recorded:
+            return {"initial_position": _PLACES}
+        return {"initial_displacement": [0.0, self.far, -self.far]}
+
     def axes(self, damper: Sizes) -> dict[str, list[float]]:
         """Values of the axes of the worst case but for the frequency: tolerances and starts."""
-        m = self.machine
-        ranges = {
-            "free_mass": (damper.mass, m.mass_tolerance),
-            "gap": (damper.gap, m.gap_tolerance),
-            "restitution": (damper.restitution, m.restitution_tolerance),
-        }
-        axes = {name: [v - t, v, v + t] if t else [v] for name, (v, t) in ranges.items()}
-        axes["gap"] = [max(gap, 0.0) for gap in axes["gap"]]
-        if m.is_free:
-            return axes | {"initial_position": [-0.5, 0.0, 0.5]}
-        if m.is_recorded:
-            return axes | {"initial_position": _PLACES}
-        return axes | {"initial_displacement": [0.0, self.far]}
+        three = [self.sizes(damper, (k, k, k)) for k in (-1, 0, 1)]
+        made = {name: list(dict.fromkeys(one[name] for one in three)) for name in three[0]}
+        return made | self.starts
 
     @property
     def fixed(self) -> dict[str, float]:
@@ -209,31 +251,150 @@ class Judge:
         if m.is_free:
             start, rate = m.initial_displacement, m.rate
             own = {"forcing_frequency": rate, "initial_displacement": start}
-            return m.primary | own | {"initial_relative_velocity": rounded(_STIRRED * rate * start)}
+            return m.primary | own | {_SPEED: rounded(_STIRRED * rate * start)}
         if m.is_recorded:  # its cycle is the clock
             return m.primary | {"forcing_frequency": m.rate}
-        return m.primary | {"initial_relative_velocity": rounded(_STIRRED * m.rate * self.least)}
+        return m.primary | {_SPEED: rounded(_STIRRED * m.rate * self.least)}
 
-    def chains(self, damper: Sizes) -> list[Chain]:
-        """All runs of a damper in the band, in the order in which they are made at first.
+    @cached_property
+    def cases(self) -> list[Case]:
+        """All cases of a damper, in the order in which they are run at first.
 
         As built, then with all tolerances at their ends, then what is between; frequencies from
-        coarse to fine. A number of the list is the same case of any damper.
+        coarse to fine; at last random starts.
         """
-        own, grid = self.nominal(damper), product(self.axes(damper), self.fixed)
-        # As many of its three values are as built: 3, then 0, 1, 2.
-        order = sorted(grid, key=lambda point: (sum(point[n] == own[n] for n in own) + 1) % 4)
+        ends = combinations(*([-1, 0, 1] if t else [0] for t in self.tolerances))
+        # As many of its three sizes are as built: 3, then 0, 1, 2.
+        corners = sorted(ends, key=lambda off: (off.count(0) + 1) % 4)
+        starts, band = product(self.starts, {}), self.band
         if self.machine.band is None:
-            return [[point] for point in order]
-        rates = [2.0 * math.pi * frequency for frequency in self.band]
-        coarse = sorted(range(len(rates)), key=lambda k: -math.gcd(k, _COARSE))
-        runs = [[point | {"forcing_frequency": rates[k]}] for point in order for k in coarse]
-        fixed = self.fixed | own | {"initial_position": 1.0}
-        followed = [
-            [fixed | {"forcing_frequency": rate} for rate in way] for way in (rates, rates[::-1])
-        ]
-        built = 2 * len(rates)
-        return [*runs[:built], *followed, *runs[built:]]
+            made = [Case(off, start) for off in corners for start in starts]
+            return [*made, *self._fine(), *self._random(_RANDOM)]
+        coarse = [band[k] for k in sorted(range(len(band)), key=lambda k: -math.gcd(k, _COARSE))]
+        made, wall = [], {"initial_position": 1.0}
+        far = {"initial_displacement": -self.far}
+        for off in corners:
+            made += [Case(off, start, (hertz,)) for start in starts for hertz in coarse]
+            made += [Case(off, wall | far, (hertz,), closed=True) for hertz in coarse]
+        built = len(made) // len(corners)
+        ways = tuple(band), tuple(band[::-1])
+        followed = [Case(corners[0], start | wall, way) for start in starts for way in ways]
+        at = max(range(len(band)), key=lambda k: self.machine.undamped(band[k]))
+        ways = tuple(band[at:]), tuple(band[at::-1])
+        followed += [Case(corners[0], wall | far, way, closed=True) for way in ways]
+        return [*made[:built], *followed, *made[built:], *self._random(_RANDOM)]
+
+    def _fine(self) -> Iterator[Case]:
+        """Many places of the free mass, stirred either way, and gaps within the tolerance."""
+        parts = np.linspace(-1.0, 1.0, _FINE_GAPS).tolist() if self.machine.gap_tolerance else [0.0]
+        stirred = self.fixed.get(_SPEED, 0.0)
+        for place in np.linspace(-1.0, 1.0, _FINE_PLACES).tolist():
+            for speed in dict.fromkeys((stirred, -stirred)):
+                start = {"initial_position": place, _SPEED: speed}
+                yield from (Case((0, part, 0), start) for part in parts)
+
+    def _random(self, count: int, about: Case | None = None) -> Iterator[Case]:
+        """Random starts of any damper, or near the worst case that was found."""
+        m, draw = self.machine, np.random.default_rng(1 if about is None else 2)
+        for _ in range(count):
+            rate, place, speed, x, *off = draw.uniform(-1.0, 1.0, 7).tolist()
+            if m.band is not None:
+                low, high = m.band
+                if about is not None:
+                    low, high = self._next_to(about.hertz[-1])
+                    off = list(about.off)
+                start = {"initial_displacement": x * self.far, _SPEED: speed * self.far * m.rate}
+                hertz: tuple[float, ...] = (low + 0.5 * (1.0 + rate) * (high - low),)
+            else:
+                if about is not None:
+                    place = _part(about.start["initial_position"] + _NEAR_PLACE * place)
+                    off = [_part(a + _NEAR_OFF * b) for a, b in zip(about.off, off, strict=True)]
+                # Stirred less, it may stay where no wall comes.
+                stirred = math.copysign(self.fixed.get(_SPEED, 0.0), speed)
+                start, hertz = {_SPEED: stirred + 0.0}, ()
+            yield Case(tuple(off), start | {"initial_position": place}, hertz)
+
+    def _next_to(self, hertz: float) -> tuple[float, float]:
+        """The band from one of its frequencies before to one behind."""
+        low, high = self.machine.band or (hertz, hertz)
+        step = (high - low) / (len(self.band) - 1)
+        return max(low, hertz - step), min(high, hertz + step)
+
+    def near(self, worst: Case) -> list[Case]:
+        """More cases about the worst one: random, and its motion followed to both sides."""
+        made = list(self._random(_NEARBY, worst))
+        if self.machine.band is None:
+            return made
+        at = worst.hertz[-1]
+        for end in self._next_to(at):
+            hertz = tuple(_digits(np.linspace(at, end, _FINER + 1)[1:])) if end != at else ()
+            if len(worst.hertz) < 2 or (worst.hertz[0] < at) == (at < end):
+                made.append(worst._replace(hertz=worst.hertz + hertz))
+        return made
+
+    def chain(self, damper: Sizes, case: Case) -> Chain:
+        """Runs of a case, each of which starts from the end of the one before."""
+        point = self.fixed | self.sizes(damper, case.off) | dict(case.start)
+        if case.closed:
+            point |= self._on_closed_motion(point, case.hertz[0])
+        if not case.hertz:
+            return [point]
+        return [point | {"forcing_frequency": math.tau * hertz} for hertz in case.hertz]
+
+    def chains(self, damper: Sizes) -> list[Chain]:
+        """All runs of a damper; a number of the list is the same case of any damper."""
+        return [self.chain(damper, case) for case in self.cases]
+
+    def _on_closed_motion(self, point: Mapping[str, float], hertz: float) -> dict[str, float]:
+        """Start on the motion with two impacts per cycle and the fastest free mass; or none."""
+        m, ratio = self.machine, math.tau * hertz / self.machine.rate
+        length = m.driven(hertz)
+        mass, clearance = point["free_mass"] / m.mass, 0.5 * point["gap"] / length
+        p = Parameters(mass, m.damping_ratio, ratio, clearance, point["restitution"])
+        found = two_impacts.orbits(p)
+        if not found:
+            return {}
+        orbit, speed = found[0], length * m.rate
+        # A base drives by its velocity, too, so its force is ahead.
+        ahead = math.atan(2.0 * m.damping_ratio * ratio) if m.force[0] == "base" else 0.0
+        return {
+            "phase": (orbit.forcing_phase - ahead) % math.tau,
+            "initial_position": 1.0,
+            "initial_displacement": length * orbit.displacement,
+            "initial_velocity": speed * orbit.velocity_after,
+            _SPEED: -speed * (orbit.speed + orbit.velocity_after),
+        }
+
+    def one(self, damper: Sizes, case: Case) -> dict[str, Any]:
+        """The study of one case, the worst one that the search found."""
+        fixed: dict[str, Any] = dict(self.chain(damper, case)[0])
+        axes: dict[str, Any] = {}
+        if len(case.hertz) > 1:
+            way = "up" if case.hertz[0] < case.hertz[-1] else "down"
+            values = sorted(case.hertz)
+            axes["forcing_frequency"] = {"values": values, "unit": "Hz", "follow": way}
+        elif case.hertz:
+            fixed["forcing_frequency"] = {"value": case.hertz[0], "unit": "Hz"}
+        return self._study("the worst run", axes, fixed, self.observers)
+
+    def check(self, damper: Sizes) -> dict[str, Any]:
+        """The study of fresh random starts: another seed than the search's, and another rule."""
+        m, fixed = self.machine, dict(self.fixed)
+        draws: dict[str, Any] = {"count": _FRESH, "seed": 43}
+        low, high = self.sizes(damper, (-1, -1, -1)), self.sizes(damper, (1, 1, 1))
+        draws |= {name: [low[name], high[name]] for name in low if low[name] < high[name]}
+        fixed |= {name: value for name, value in self.sizes(damper).items() if name not in draws}
+        if m.band is None:
+            draws["initial_position"] = [-1.0, 1.0]
+            if stirred := fixed.pop(_SPEED, 0.0):
+                draws[_SPEED] = {"values": [-stirred, stirred]}
+        else:
+            speed = self.far * m.rate
+            draws["forcing_frequency"] = {"range": list(m.band), "unit": "Hz"}
+            draws |= {"phase": [0.0, math.tau], "initial_position": {"values": [-1.0, 1.0]}}
+            draws["initial_displacement"] = [-self.far, self.far]
+            draws["initial_velocity"] = [-speed, speed]
+        return self._study("a check by fresh starts", {}, fixed, self.observers) | {"draws": draws}
 
     def worst_case(self, damper: Sizes) -> dict[str, Any]:
         """The study of tolerances and starts at all frequencies, in the band and beyond."""
@@ -256,32 +417,32 @@ class Judge:
     def sweep(self, damper: Sizes) -> dict[str, Any]:
         """The study that follows the motion through the band, both ways."""
         axes = {"forcing_frequency": {"values": self.band, "unit": "Hz", "follow": "both"}}
-        fixed = self.fixed | self.nominal(damper) | {"initial_position": 1.0}
+        fixed = self.fixed | self.sizes(damper) | {"initial_position": 1.0}
         return self._study("followed through the frequencies", axes, fixed, self.observers)
 
     def envelope(self, damper: Sizes) -> dict[str, Any]:
         """The study of all peaks of the free motion of the damper as built."""
         count = min(2 * self.run["periods"] + 2, _PEAKS)
         observers = {"decay": {"half_cycles": count, "parts": [self.machine.decay_to]}}
-        fixed = self.fixed | self.nominal(damper) | {"initial_position": 0.5}
+        fixed = self.fixed | self.sizes(damper) | {"initial_position": 0.5}
         return self._study("every peak", {}, fixed, observers)
 
     def without(self) -> dict[str, Any]:
         """The study of a record without damper: between walls that nothing reaches."""
         m = self.machine
-        damper = self.nominal(Sizes(m.largest_mass, _NO_WALLS, min(m.restitutions)))
+        damper = self.sizes(Sizes(m.largest_mass, _NO_WALLS, min(m.restitutions)))
         return self._study("without damper", {}, self.fixed | damper, self.observers)
 
     def history(self, damper: Sizes) -> dict[str, Any]:
         """The study of the motion under a record of the damper as built, and without it."""
         sampled = {"samples_per_period": 40, "events": 0, "without_damper": True}
-        fixed = self.fixed | self.nominal(damper)
+        fixed = self.fixed | self.sizes(damper)
         return self._study("time history", {}, fixed, {"trajectory": sampled})
 
     def nearby(self, damper: Sizes, frequency: float) -> dict[str, Any]:
         """The study of what a part of each quantity, more or less, changes at a frequency in Hz."""
         fixed = self.fixed | ({"forcing_frequency": math.tau * frequency} if frequency else {})
-        own = fixed | self.nominal(damper)
+        own = fixed | self.sizes(damper)
         changed = (n for n in CHANGED if own[n] and not (n == "restitution" and own[n] > 0.99))
         axes = {name: [(1.0 + k * PART) * own[name] for k in (-1, 0, 1)] for name in changed}
         starts = {k: v for k, v in self.axes(damper).items() if k.startswith("initial")}
@@ -290,20 +451,15 @@ class Judge:
 
     def motions(self, damper: Sizes, frequency: float) -> dict[str, Any]:
         """The study of the motions that random starts lead to at a frequency in Hz."""
-        fixed: dict[str, Any] = self.machine.primary | self.nominal(damper)
+        fixed: dict[str, Any] = self.machine.primary | self.sizes(damper)
         fixed["forcing_frequency"] = {"value": frequency, "unit": "Hz"}
         far, speed = self.far, self.far * self.machine.rate
         draws = {"count": STARTS, "seed": 1, "initial_position": [-1, 1]}
         draws["initial_displacement"] = [-far, far]
-        draws["initial_relative_velocity"] = [-speed, speed]
+        draws[_SPEED] = [-speed, speed]
         own = {"response": {}} | self.observers
         observers = {"motion": {"tolerance": 1e-4}, **own, "impacts": {}}
         return self._study("motions from anywhere", {}, fixed, observers) | {"draws": draws}
-
-    def nominal(self, damper: Sizes) -> dict[str, float]:
-        """Quantities of the damper itself."""
-        made = {"free_mass": damper.mass, "gap": damper.gap}
-        return made | {"restitution": damper.restitution}
 
     def _study(
         self, what: str, axes: dict[str, Any], fixed: dict[str, Any], observers: dict[str, Any]
@@ -323,6 +479,11 @@ class Judge:
 def rounded(value: float, digits: int = 3) -> float:
     """A number of few digits."""
     return float(f"{value:.{digits}g}")
+
+
+def _part(value: float) -> float:
+    """A place or a part of a tolerance, within its range."""
+    return min(max(value, -1.0), 1.0)
 
 
 def _digits(values: np.ndarray) -> list[float]:
