@@ -75,7 +75,8 @@ class Setting:
     def limits(self) -> str:
         """The bounds, in words."""
         signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
-        return " and ".join(f"{signs[name]} {bound:g}" for name, bound in self.bounds.items())
+        texts = {n: str(b) if isinstance(b, int) else f"{b:g}" for n, b in self.bounds.items()}
+        return " and ".join(f"{signs[name]} {text}" for name, text in texts.items())
 
     @property
     def allowed(self) -> str:
