@@ -33,8 +33,8 @@ _HEADROOM = 0.25
 class AccumulationFigure(FigureSettings):
     """Errors of the predicted completion of bursts over the rebound speed, log-log.
 
-    Completion time on the left, completion point on the right; both orders of theory, the first
-    impact of each burst apart, and the slopes 2 and 3 that the errors should have.
+    Completion time on the left, completion point on the right; theory of both orders, the first
+    impact of each burst apart, and the expected slopes 2 and 3.
     """
 
     needs = ("accumulation",)

@@ -63,7 +63,7 @@ _BRACKET: dict[str, Any] = {"color": style.VERMILION, "lw": 0.9}
 class Bifurcation(products.FigureSettings):
     """The section over one axis, with a row of panels for each value of a second one.
 
-    Both directions of a continuation are drawn, and all draws over each other.
+    The directions of a continuation and the draws are drawn over each other.
     """
 
     roles: ClassVar[Mapping[str, products.Role]] = {
@@ -159,8 +159,8 @@ class Bifurcation(products.FigureSettings):
 def draw(results: Mapping[str, Any], settings: Bifurcation) -> Figure:
     """Draw variables over one axis, a column of panels each.
 
-    Both directions of a continuation are drawn in their own colours; random initial states are
-    drawn over each other.
+    The directions of a continuation have a colour each; random initial states are drawn over each
+    other.
     """
     place, variables = _shown(results["cube"], settings), settings.variables
     rows = panels.parts(place, settings.rows)

@@ -213,7 +213,7 @@ def _parted(log: bool, x: np.ndarray, y: np.ndarray, *others: np.ndarray) -> lis
 def _handles(
     of: str, place: xr.Dataset, variables: Sequence[str], settings: Curves
 ) -> list[Artist]:
-    """What the legend lists beside the values of lines."""
+    """Entries of the legend beside the values of lines."""
     handles = []
     if variables[0] + BEST in place:
         colour = BLACK if settings.lines else BLUE
@@ -255,7 +255,7 @@ def _shown(cube: xr.Dataset, settings: Curves) -> tuple[xr.Dataset, list[str]]:
     ), names
 
 
-#: What the amplitude without damper is called, after the name of that with one.
+#: Ending of the name of an amplitude without damper.
 _UNDAMPED = "_undamped"
 _WORST: dict[str, Any] = {"ls": "", "marker": "o", "ms": 3.5, "color": BLACK}
 _MEDIAN: dict[str, Any] = {"color": BLUE, "ls": "-", "lw": 0.7, "zorder": 1.9}

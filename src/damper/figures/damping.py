@@ -19,7 +19,7 @@ from damper.study.fields import Text
 from damper.study.products import MOST_PANELS, At, Caption, Each, FigureSettings, Role
 from damper.theory.free_decay import amplitude_range, equivalent_damping, largest_damping
 
-#: Each line's points: those of a later one are smaller and on top, so that all can be seen.
+#: Each line's points: points of a later line are smaller and on top, so that all can be seen.
 _POINT: dict[str, Any] = {"ls": "", "marker": "o", "rasterized": True}
 _POINTS: tuple[dict[str, Any], ...] = (
     _POINT | {"mec": VERMILION, "mfc": "none", "mew": 0.7, "ms": 4.6},
@@ -36,7 +36,7 @@ _BELOW = 0.08
 
 
 class DampingFigure(FigureSettings):
-    """What impacts add to the damping of a free vibration, over its amplitude, and the law for it.
+    """Damping that impacts add to a free vibration, over its amplitude, beside its closed form.
 
     That is the equivalent damping ratio less that of the dashpot. It is shown over the mass ratio:
     dampers of any light free mass are then on one curve for each restitution.

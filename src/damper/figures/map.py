@@ -46,7 +46,7 @@ _CLASSES = {
 _ATTRACTOR = "attractor"
 #: How points are marked at which the walls are never touched.
 _HATCH, _HATCHES = "////", "#909090"
-#: What such a point means where all runs start at exact rest.
+#: Addition to the label of such a point where all runs start at exact rest.
 _FROM_REST = " from exact rest (neutrally stable without friction)"
 #: Colours of ratios on either side of 1: blue where the damper helps, orange where it harms.
 ABOUT_ONE = ("#00253C", style.BLUE, "#FFFFFF", style.ORANGE, "#A84300")

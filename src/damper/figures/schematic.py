@@ -88,12 +88,12 @@ def _clearances(ax: Axes) -> None:
 
 
 def _collision_system(ax: Axes) -> None:
-    """Draw paper B's Fig. 1: the same model in its symbols, which leave the gap without one."""
+    """Draw paper B's Fig. 1: the same model in the paper's symbols, which have none for the gap."""
     box(ax, "$M_1$", "$M_2$", "$K$", "$C$", "$F$", "$X$", "$Y$")
 
 
 def _two_degrees_of_freedom(ax: Axes) -> None:
-    """Draw paper A's Fig. 2: both masses tied to the fixed end, with stops between them."""
+    """Draw paper A's Fig. 2: the two masses tied to the fixed end, with stops between them."""
     from matplotlib.patches import Polygon
 
     _ground(ax, (0.0, 5.2), (0.0, 0.0))

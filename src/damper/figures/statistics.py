@@ -1,4 +1,4 @@
-"""Means under noise over one axis: what energies are left, and where the power goes."""
+"""Means under noise over one axis: the energies, and the losses of power."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from damper.parameters.lazy import Figure, xr
 from damper.study import products
 from damper.study.fields import Text
 
-#: Panels: what is shown over what, and the means in it, each with its style.
+#: Panels: title, axis and means of each, every mean with its style.
 _ENERGIES: dict[str, dict[str, Any]] = {
     "mean_potential_energy": {"color": BLUE, "marker": "o", "label": "primary, potential"},
     "mean_kinetic_energy": {"color": VERMILION, "marker": "x", "label": "primary, kinetic"},

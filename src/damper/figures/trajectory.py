@@ -184,7 +184,7 @@ def shown_in(cube: xr.Dataset) -> tuple[str, ...]:
 def driven_grid(
     place: xr.Dataset, rows: int, height: float, **shared: Any
 ) -> tuple[Figure, Axes | None, list[Axes]]:
-    """Return a figure of panels one above the other, and one above them for what drives, if any."""
+    """Return a figure with a column of panels, and the panel of the force on top, if any."""
     if _DRIVE not in place:
         figure, grid = panel_grid(rows, height=height, **shared)
         return figure, None, list(grid.ravel())

@@ -1,8 +1,8 @@
 """Largest force in spring and dashpot, and largest acceleration of the primary, within a segment.
 
-Both are sums of displacement, its derivatives and the force along the motion of an oscillator, so
-that their peaks are found as that of the displacement is (`damper.engine.peak`), with bounds on two
-more derivatives of the motion. In the closed rest of a burst they are those of both masses' centre,
+Force and acceleration are sums of an oscillator's displacement, its derivatives and the force. So
+their peaks are found like the displacement's (`damper.engine.peak`), with bounds on two more
+derivatives of the motion. In the closed rest of a burst they are those of both masses' centre,
 about which the primary's velocity goes on to jump by less than the approach speed that is left.
 """
 

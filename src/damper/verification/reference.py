@@ -1,8 +1,8 @@
 """The motion of a damper in many digits: oscillators, walls and a force.
 
 It shares no formula with the engine. On short panels the displacement of the primary and each gap
-are Taylor series, of which the equations of motion give one coefficient after the other: one code
-for every damping and every model. Events are roots of these polynomials, found by steps that
+are Taylor series, of which the equations of motion give one coefficient after the other: the same
+code for every damping and every model. Events are roots of these polynomials, found by steps that
 provably pass none. The gap to the wall that was touched last is a quantity of its own, so a bounce
 of height 1e-50 loses no digits. The end of a complete chatter sequence is extrapolated from its
 impacts: time, place and common velocity differ from their limits by a power series in the rebound
@@ -10,10 +10,10 @@ speed, of which Neville's scheme removes one term after the other. Panels end at
 record, where its force is not smooth. With dry friction a free mass slides one way until its
 relative velocity vanishes.
 
-Of several free masses all contacts of an instant are solved at once, by trying who pushes. An
-extrapolated end holds where nothing happens to another mass before it. Masses that chatter on one
-wall kick each other off it, and their speeds follow no power series: each rests when what is left
-of its sequence is below the digits that are asked for.
+All contacts of several free masses at an instant are solved at once, by trying every set of pushing
+masses. An extrapolated end holds if no other mass has an event before it. Masses that chatter on
+the same wall kick each other off it, and their speeds follow no power series: a mass rests once the
+rest of its sequence is below the wanted digits.
 """
 
 import math
@@ -45,7 +45,7 @@ FLIGHT, CONTACT, STICKING, RESTING = "flight", "contact", "sticking", "resting"
 
 
 class Event(NamedTuple):
-    """One event, and the state just after it.
+    """An event, and the state just after it.
 
     ``kind`` is ``"impact"``, ``"stick"`` or ``"release"``. A compliant contact begins with an
     ``"impact"`` and ends with a ``"separation"``; where its force is positive again before the gap
@@ -458,7 +458,7 @@ class _Motion:
         asks = {n: (1 + masses[n].restitution(s, w)) * w for n, (s, w) in contacts.items()}
 
         def change(pushing: Sequence[int]) -> mpf:
-            """Momentum is kept, and each that pushes leaves its wall as its restitution has it."""
+            """Momentum is kept, and each pushing mass leaves its wall by its restitution."""
             gained = sum(contacts[n][0] * ratio[n] * asks[n] for n in pushing)
             return gained / (1 + sum(ratio[n] for n in pushing))
 
@@ -573,7 +573,7 @@ class _Motion:
         return held
 
     def _breaks(self, number: int) -> int:
-        """Which way a mass begins to slide that friction does not hold."""
+        """Direction in which a mass begins to slide when friction no longer holds it."""
         if not self.system.masses[number].friction:
             return 0
         side, gap = self.places[number][1:3]
@@ -620,7 +620,7 @@ class _Motion:
         others = [n for n, p in enumerate(self.places) if n != number and p.mode != STICKING]
         shift = -mu / (self._inertia() + mu) * side * w
         if len(self.places) > 1 and left < mpf(10) ** -(self.digits + 2):
-            # Who has come to rest on a wall before stays so.
+            # Masses already at rest on a wall stay at rest.
             at_rest = [n for n, p in enumerate(self.places) if p.gap == p.rate == 0]
             self._push(shift, [number, *at_rest])
             self.places[number] = Place(FLIGHT, side, mpf(0), mpf(0))
@@ -737,7 +737,7 @@ class _Motion:
         return x, gaps
 
     def _watched(self, number: int, gap: list[mpf]) -> Iterator[tuple[str, int, Sequence[mpf]]]:
-        """What may happen to a mass, at which wall, and the polynomial whose root says when."""
+        """Yield a mass's possible events: kind, wall, and the polynomial whose root is the time."""
         mass, place = self.system.masses[number], self.places[number]
         side, minus = place.side, [-c for c in gap]
         if place.joined:
@@ -807,11 +807,12 @@ def horner(c: Sequence[mpf], tau: mpf) -> tuple[mpf, mpf]:
 def first_root(c: Sequence[mpf], end: mpf) -> mpf | None:
     """Return where a polynomial first ceases to be positive in [0, end], or None.
 
-    One that is zero at 0 starts with its first coefficient that is not. With ``|q''| <= B`` on the
-    panel, ``q(tau + s) >= q + q' s - B s**2 / 2``; the step to the zero of that parabola cannot
-    pass a root and converges quadratically to a simple one. Towards a multiple root it would take
-    ever smaller parts of what is left; after `QUICK` steps B is that of the next stretch alone. The
-    error may be small against ``end``, not only against the root, unless it is zero at 0.
+    A polynomial that is zero at 0 starts with its first coefficient that is not zero. With ``|q''|
+    <= B`` on the panel, ``q(tau + s) >= q + q' s - B s**2 / 2``; the step to the zero of that
+    parabola cannot pass a root and converges quadratically to a simple one. Towards a multiple root
+    it would take ever smaller parts of what is left; after `QUICK` steps B is that of the next
+    stretch alone. The error may be small against ``end``, not only against the root, unless it is
+    zero at 0.
     """
     order = next((n for n, value in enumerate(c) if value != 0), len(c))
     q = c[order:]

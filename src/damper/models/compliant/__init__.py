@@ -105,8 +105,8 @@ class Compliant(NamedTuple):
 class CompliantPair(NamedTuple):
     """Constants of a run whose walls differ; a segment has those of its wall, as `law_at` gives.
 
-    A class of its own, so that walls that are alike pay nothing. Where a segment goes on at the
-    other wall the gap is 0, and nothing asks for that wall's dashpot before the segment begins.
+    This class is separate so that equal walls cost no more. Where a segment goes on at the other
+    wall the gap is 0, and nothing asks for that wall's dashpot before the segment begins.
     """
 
     mass_ratio: float
@@ -272,7 +272,7 @@ def _with_walls_at(model, clearance):
 def _begin(model, segment):
     """What a flight follows from; at the wall a relative x'' of no more than roundoff is zero.
 
-    A force that vanishes ends a contact; what roundoff leaves of it must not begin the next one.
+    A force that vanishes ends a contact; its roundoff must not begin the next contact.
     """
     s = segment
     # By the force that is left, and not by what ended the contact.
@@ -381,7 +381,7 @@ def _touch(model, s):
         return _stay(model, s, z, limit, lasting, root.steps + 1, root.side == GAVE_UP)
     z = _carry(model.contact, root.point.state.z, root.step)
     x, v, gap, rate = _of_pair(model, s.side, z)
-    # What is left of the force, or of the gap, is roundoff.
+    # The rest of the force, or of the gap, is roundoff.
     gap = 0.0 if model.tension != 0.0 else -model.contact.damping / model.contact.stiffness * rate
     if gap >= 0.0:
         gap = 0.0
@@ -513,7 +513,7 @@ def _spring_back(model, s, start):
 def _lags(force, span):
     """Whether the wall surely stays behind the free mass for a time; `force` is that at the start.
 
-    The force is not negative there, so it stays above a parabola that opens downwards, and its
+    The force is not negative at the start and stays above a parabola that opens downwards, so its
     slope decides.
     """
     bound3 = abs(force.third) + span * (force.bound4 + span * force.growth)

@@ -16,13 +16,13 @@ the distance to it, and what a time changes is added to the state itself. A stat
 force's obeys a linear equation without explicit time, together with the masses. The gap is a
 variable of its own and keeps its digits however small it is.
 
-Times are split in binary: one step of a Taylor series for less than the shortest interval, and then
-propagators over that interval times 1, 2, 4, ..., which are made once for a run. A propagator is
-held as its difference from one, E, and doubled by E -> 2 E + E^2, so that slow motion is not lost
-beside fast motion. Where the primary's damping is the fastest of all, propagators are for x and x'
-in the place of U and U': the damping would be in two rows otherwise, and each doubling would double
-its rounding in the slow motions, where it cancels. (Elsewhere the contact would be.) No rate,
-however high, limits a step. See docs/models.md.
+Times are split in binary: a step of a Taylor series for less than the shortest interval, then
+propagators over this interval times 1, 2, 4, ..., made once for a run. A propagator is held as its
+difference from one, E, and doubled by E -> 2 E + E^2, so that slow motion is not lost beside fast
+motion. Where the primary's damping is the fastest of all, propagators are for x and x' in the place
+of U and U': the damping would be in two rows otherwise, and each doubling would double its rounding
+in the slow motions, where it cancels. (Elsewhere the contact would be.) No rate, however high,
+limits a step. See docs/models.md.
 """
 
 import math

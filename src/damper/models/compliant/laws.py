@@ -1,4 +1,4 @@
-"""What the observer `laws` has to know of compliant contact."""
+"""Laws of compliant contact, for the observer `laws`."""
 
 import math
 
@@ -21,9 +21,9 @@ def _contact_force(model, segment, tau, at):
     s = segment
     k = model.contact.stiffness
     c = model.contact.damping
-    # Terms of the rate: what the contact's own oscillation makes of the depth at its start.
+    # Terms of the rate: the depth at the start times the rate of the contact's own oscillation.
     speed = abs(at.rate) + abs(s.gap_rate) + math.sqrt(k) * abs(s.gap)
-    # What the rest of the masses' forces comes to at the wall.
+    # The acceleration at the wall from the other forces on the masses.
     other = (
         model.contact.largest
         + abs(at.x)

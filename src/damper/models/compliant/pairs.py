@@ -3,8 +3,8 @@
     p' = up q,    q' = down p
 
 serves the sine and cosine of a harmonic (omega, -omega), the value and slope of a record within a
-sample (1, 0), and no force (0, 0); the force's shape is the sum of all p. What is linear in the
-state of a contact has a row of coefficients: four of the masses', and two for each pair. The state
+sample (1, 0), and no force (0, 0); the force's shape is the sum of all p. A linear function of a
+contact's state is a row of coefficients: four for the masses, and two for each pair. The state
 itself carries two numbers, from which all pairs follow.
 """
 
@@ -33,7 +33,8 @@ def pair_count(forcing: Any) -> int:
 
 @by_class
 def pair_rates(forcing: Any, number: int) -> tuple[float, float]:
-    """Rates `up` and `down` of a pair; those of the first are also the rates of what is carried."""
+    """Rates `up` and `down` of a pair; the rates of the first pair are also the rates of the
+    carried numbers."""
 
 
 @by_class
@@ -63,7 +64,7 @@ def bound_of_sum(forcing: Any, row: np.ndarray, order: int) -> float:
 
 @compiled
 def turn_over_pair(up: float, down: float, tau: float) -> tuple[float, float, float]:
-    """What a time adds to p of a pair (1, 0); to p, and to q, of (0, 1) and (1, 0)."""
+    """Gain of p of the pair (1, 0) over a time; gains of p and of q of (0, 1) and (1, 0)."""
     if down == 0.0:
         return 0.0, up * tau, 0.0
     sine, _, less_1 = sine_cosine(up * tau)  # down is -up

@@ -3,7 +3,7 @@
 **Integrals** of quadratic functions of the state, x^2, v^2, force times v and what the contact's
 dashpot takes, over the intervals h of the propagators T of `damper.models.compliant.flow` are
 quadratic forms G of the state, with G(2 h) = G(h) + T' G(h) T. They are made once for a run, and a
-contact of any length and any oscillation costs some twenty of them. What is left of the time is a
+contact of any length and any oscillation costs some twenty of them. The rest of the time is a
 Gauss-Legendre sum. The forms' state is that of the propagators: where a heavily damped primary
 hardly moves, its velocity is one of the variables and not a difference of two.
 

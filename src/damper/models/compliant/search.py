@@ -1,4 +1,4 @@
-"""When a compliant contact ends: what the certified search needs to know of it.
+"""The end of a compliant contact: values and bounds for the certified search.
 
 The event function q is linear in the state of `damper.models.compliant.flow`: the depth -g, or
 the contact force. Its fourth derivative is bounded in one of two ways.
@@ -14,7 +14,7 @@ q = f + y with
     f'' + 2 B f' + K f = a sum of the force's pairs,    y'' + 2 b y' + w^2 y = 0,
 
 exactly and without coupling. sqrt(w^2 y^2 + y'^2) never grows, so |y| stays below its present
-bound R, and q is positive while f > R is. Such a step knows nothing of the contact's oscillation:
+bound R, and q is positive while f > R is. Such a step does not depend on the contact's oscillation:
 a contact that lasts costs a few steps, whether the fast part has decayed or is too weak to matter.
 
 The split is that of Chang (SIAM J. Appl. Math. 1972, 22, 151) with the forcing among the slow
@@ -44,8 +44,8 @@ _LEAP = 0.9
 class Split(NamedTuple):
     """Slow and fast variables of the contact; `separated` is 0 where they are not apart.
 
-    Slow are U, U' and the force's pairs: m of them, a row's length less 2. All is for a force of
-    strength 1, so that its size does not decide what has converged.
+    Slow are U, U' and the force's pairs: m of them, a row's length less 2. The terms are for a
+    force of strength 1, so that its size does not decide convergence.
     """
 
     separated: float

@@ -23,7 +23,7 @@ def joins(model: Any, s: Segment) -> bool:
 
 @compiled
 def shrunk_by(model: Any, s: Segment) -> float:
-    """What a touch leaves of volumes of (x, v, y, u): all."""
+    """Factor of a volume of (x, v, y, u) at a touch: 1."""
     return 1.0
 
 

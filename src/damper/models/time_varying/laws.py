@@ -1,4 +1,4 @@
-"""What the observer `laws` has to know of a time-varying free mass: that its walls are rigid."""
+"""Laws of a time-varying free mass, for the observer `laws`: its walls are rigid."""
 
 from damper.models.laws import have_rigid_walls
 from damper.models.time_varying import TimeVarying

@@ -122,7 +122,7 @@ def advance_together(
 def step_together(
     model: Any, periods: float, time: float, side: float, x: float, v: float, phase: Any
 ) -> tuple[float, ...]:
-    """One step of sticking, up to the release if that comes first: tau, released, dx, v.
+    """Take a step of sticking, which ends at a release: tau, released, dx, v.
 
     The release is the first root of b, sought on the step's polynomial in the Bernstein basis,
     whose coefficients enclose it: none can be skipped. Without a wall (side = 0) there is none.
@@ -302,8 +302,8 @@ def _own_with_weight(forcing, strength, force, k):
 
 @compiled
 def _fill_terms(model, inertia, x, v, step, weights, count, terms):
-    """Taylor coefficients by the recurrence that the equation of motion is; those of the force's
-    shape stand in the first row before."""
+    """Fill in Taylor coefficients by the recurrence of the equation of motion; the first row holds
+    the coefficients of the force's shape on entry."""
     strength = model.free.strength
     drag = 2.0 * model.free.damping
     both = terms[0]

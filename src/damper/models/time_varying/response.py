@@ -133,7 +133,7 @@ def _mass_at(law, periods, time):
 
 
 class Polynomial(NamedTuple):
-    """One step of both masses' common motion, from its start."""
+    """A step of the masses' common motion, from its start."""
 
     terms: np.ndarray
     """Of x'', in the first row, in parts of the step."""
@@ -215,7 +215,7 @@ def _polynomial(model, side, periods, time, x, v, phase, terms):
 
 @compiled
 def _contact(model, segment, start, low, high, peak):
-    """What both masses' common motion adds on [low, high]."""
+    """Integrals of the masses' common motion over [low, high]."""
     s = segment
     forcing = model.free.forcing
     x = start.x
