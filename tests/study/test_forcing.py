@@ -342,17 +342,20 @@ def test_frequencies_in_hertz(tmp_path: Path) -> None:
     text = SI_STUDY.replace("{}", ", ".join(f"{name}: {value}" for name, value in given.items()))
     study = load(tmp_path, "harmonic", text=text)
     assert study.fixed["forcing_frequency"] == 2.0 * np.pi * 3.5
+    assert study.values["forcing_frequency"] == "3.5 Hz"
     assert study.to_yaml() == load(tmp_path, "harmonic", text=study.to_yaml()).to_yaml()
     del given["forcing_frequency"]
     text = SI_STUDY.replace("{}", ", ".join(f"{name}: {value}" for name, value in given.items()))
     axis = "axes: {forcing_frequency: {start: 3, stop: 4, num: 3, unit: Hz}, "
     study = load(tmp_path, "harmonic", text=text.replace("axes: {", axis))
     assert study.axis_values["forcing_frequency"] == tuple(2.0 * np.pi * f for f in (3, 3.5, 4))
+    assert study.values["forcing_frequency"] == "3, 3.5, 4 Hz"
     drawn = "draws: {count: 3, seed: 1, forcing_frequency: {range: [3, 4], unit: Hz}}\naxes: {"
     study = load(tmp_path, "harmonic", text=text.replace("axes: {", drawn))
     rule = {"range": (2.0 * np.pi * 3.0, 2.0 * np.pi * 4.0), "spacing": "linear"}
     assert study.draw_settings() == {"count": 3, "seed": 1, "forcing_frequency": rule}
     assert study.ends["forcing_frequency"] == rule["range"]
+    assert study.values["forcing_frequency"] == "at random: 3 to 4 Hz"
     for wrong, message in (
         (
             "restitution: {value: 0.6, unit: Hz}",

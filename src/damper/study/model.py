@@ -353,6 +353,11 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         si = is_si({**given, **self.drawn})
         amplitude = FREE if self.fixed.get("force_amplitude") == 0.0 else self.force.amplitude
         units = {name: shown_unit(ALL[name].units, si, amplitude) for name in self.ends}
+        for entries in self.sections.values():
+            for name in (name for name, entry in entries.items() if entry.unit):
+                units[name] = entries[name].unit
+                if name in given:
+                    given[name] = tuple(value / math.tau for value in given[name])
         values = {name: _values_text(numbers, units[name]) for name, numbers in given.items()}
         if self.masses:
             values["masses"] = f"{len(self.masses)}"
@@ -429,13 +434,12 @@ def _values_text(values: tuple[float, ...], units: str) -> str:
 def _drawn_text(drawn: Drawn, units: str) -> str:
     """Text of a drawn quantity's range, with units."""
     ways = []
-    rule = drawn.rule
     if drawn.range is not None:
-        low, high = rule["range"]
+        low, high = drawn.range
         log = ", log-uniform" if drawn.spacing == "log" else ""
         ways.append(f"{low:g} to {high:g} {units}".rstrip() + log)
     if drawn.values is not None:
-        ways.append(_values_text(rule["values"], units))
+        ways.append(_values_text(drawn.values, units))
     often = "" if drawn.share is None else f" ({drawn.share:.0%})"
     return " or ".join(ways) + often
 
