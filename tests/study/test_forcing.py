@@ -15,6 +15,7 @@ from jsonschema import Draft202012Validator
 from studies import ENGINE
 
 import damper
+from damper.analysis.closed_forms import damper_at
 from damper.analysis.orbits import follow_orbits
 from damper.engine.compiled import plain
 from damper.models import model_of
@@ -25,6 +26,7 @@ from damper.study.config import ConfigError, load_study
 from damper.study.fingerprint import fingerprint
 from damper.study.jobs import file_digest, read_files
 from damper.study.parts import engine_parts
+from damper.sweep import branches
 from damper.sweep.record import force_of
 from damper.tables import Table
 
@@ -350,12 +352,33 @@ def test_frequencies_in_hertz(tmp_path: Path) -> None:
     study = load(tmp_path, "harmonic", text=text.replace("axes: {", axis))
     assert study.axis_values["forcing_frequency"] == tuple(2.0 * np.pi * f for f in (3, 3.5, 4))
     assert study.values["forcing_frequency"] == "3, 3.5, 4 Hz"
+    cube = run(study)
+    assert cube.forcing_frequency.values.tolist() == [3.0, 3.5, 4.0]
+    assert cube.forcing_frequency.attrs["units"] == "Hz"
+    # What a cube says and what it computes from it.
+    again = cube.damper.run(forcing_frequency=3.5, gap=0.02)
+    np.testing.assert_allclose(again.parameters.forcing_frequency, 2.0 * np.pi * 3.5, rtol=1e-15)
+    here = cube.sel(forcing_frequency=3.5, gap=0.02)
+    assert damper_at(here)[0].frequency_ratio == again.parameters.dimensionless.frequency_ratio
+    (ax,) = cube.damper.curves("forcing_frequency", ["rms_displacement"], lines="gap").axes
+    assert ax.get_xlabel().replace("\xa0", " ") == "forcing frequency $\\Omega/2\\pi$ / Hz"
+    assert ax.get_xlim() == (3.0, 4.0)
+    heading = cube.damper.curves(
+        "gap", ["rms_displacement"], at={"forcing_frequency": 3.5}
+    ).get_suptitle()
+    assert "$\\Omega/2\\pi$ = 3.5 Hz" in heading.replace("\n", " ")
     drawn = "draws: {count: 3, seed: 1, forcing_frequency: {range: [3, 4], unit: Hz}}\naxes: {"
     study = load(tmp_path, "harmonic", text=text.replace("axes: {", drawn))
     rule = {"range": (2.0 * np.pi * 3.0, 2.0 * np.pi * 4.0), "spacing": "linear"}
     assert study.draw_settings() == {"count": 3, "seed": 1, "forcing_frequency": rule}
     assert study.ends["forcing_frequency"] == rule["range"]
     assert study.values["forcing_frequency"] == "at random: 3 to 4 Hz"
+    cube = run(study)
+    np.testing.assert_allclose(
+        cube.forcing_frequency,
+        np.divide(branches.draw(study.draw_settings())["forcing_frequency"], 2.0 * np.pi),
+        rtol=1e-14,
+    )
     for wrong, message in (
         (
             "restitution: {value: 0.6, unit: Hz}",

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from damper.analysis.places import own_values
 from damper.parameters import Parameters, Units
 from damper.parameters.lazy import xr
 from damper.parameters.quantities import INITIAL_NAMES, PARAMETER_NAMES, SI_NAMES, quantities_in
@@ -23,7 +24,8 @@ def damper_at(place: xr.Dataset, **values: float) -> tuple[Parameters, Units]:
     Scalar coordinates give the parameters, in either system of units; `values` those along
     dimensions that the place still has. TypeError when one is missing.
     """
-    point = read_point(_scalars(place) | values)
+    own = {name: own_values(place, name, value) for name, value in values.items()}
+    point = read_point(_scalars(place) | own)
     return point.parameters, point.units
 
 
@@ -54,7 +56,9 @@ def admissible_orbits(
     varies = along in PARAMETER_NAMES or along in SI_NAMES
     found = []
     for value in values:
-        point = read_point(scalars | ({along: float(value)} if varies else {}))
+        point = read_point(
+            scalars | ({along: own_values(place, along, float(value))} if varies else {})
+        )
         both: list[Orbit | None] = [None, None]
         for k, orbit in enumerate(orbits(point.parameters)):
             both[k] = orbit if orbit.admissible else None
@@ -85,6 +89,7 @@ def dense(values: np.ndarray, between: int, most: int) -> np.ndarray:
 def _scalars(place: xr.Dataset) -> dict[str, Any]:
     """Parameters that are scalar coordinates, the force, and the masses that are listed."""
     names = (n for n in quantities_in(place.coords) if n not in INITIAL_NAMES)
-    values: dict[str, Any] = {n: float(place[n]) for n in names if place[n].ndim == 0}
+    scalar = (n for n in names if place[n].ndim == 0)
+    values: dict[str, Any] = {n: float(own_values(place, n, place[n].values)) for n in scalar}
     values |= {name: [{}] * count for name, count in masses_of(place).items()}
     return values | force_of(place)

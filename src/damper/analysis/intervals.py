@@ -20,12 +20,14 @@ from damper.analysis.places import (
     need_axes,
     need_known,
     need_variables,
+    own_values,
     places,
     within,
 )
 from damper.analysis.runs import runs
 from damper.parameters.lazy import pd, xr
 from damper.parameters.quantity import in_range, real
+from damper.parameters.units import own_number
 from damper.sweep.record import recorded
 
 #: Name -> least `chatter` at which it holds.
@@ -106,7 +108,9 @@ def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
     found = []
     for where in places(cube.chatter, along):
         place = cube.sel(where).isel({along: order})
-        chatter_at = ChatterAt(along, fixed | where, list(visible.values()), run)
+        here = {name: own_values(cube, name, value) for name, value in where.items()}
+        units = cube[along].attrs.get("units")
+        chatter_at = ChatterAt(along, fixed | here, list(visible.values()), run, units)
         for k, (name, threshold) in enumerate(visible.items()):
             grid = place.chatter
             if k:
@@ -237,8 +241,9 @@ class ChatterAt:
         fixed: Mapping[str, float],
         thresholds: Sequence[Any],
         run: Mapping[str, Any],
+        units: str | None = None,
     ) -> None:
-        self._along = along
+        self._along, self._units = along, units
         self._fixed = dict(fixed)
         observer = {"threshold": thresholds[0], "compare_thresholds": thresholds[1:]}
         self._run = {**run, "observers": {"bursts": observer}}
@@ -250,7 +255,7 @@ class ChatterAt:
             # Loads the engine, which figures that show intervals do not need.
             from damper.sweep.runs import run_points
 
-            point = self._fixed | {self._along: value}
+            point = self._fixed | {self._along: own_number(value, self._units)}
             arrays, _ = run_points([point], **self._run)
             if arrays["status"][0]:
                 raise ValueError(f"chatter is not known: the run at {point} stopped early")

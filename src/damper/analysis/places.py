@@ -13,6 +13,7 @@ import numpy as np
 from damper.parameters.lazy import pd, xr
 from damper.parameters.names import unknown_name
 from damper.parameters.quantities import ALL, check_quantity, quantities_in
+from damper.parameters.units import own_number
 from damper.sweep.grid import product
 
 #: Values of an axis, as they come.
@@ -33,7 +34,14 @@ def fixed_values(cube: xr.Dataset) -> dict[str, float]:
     ValueError where it has lost one since it was made.
     """
     need_coordinates(cube, *str(cube.attrs.get("quantities", "")).split())
-    return {n: float(cube[n]) for n in quantities_in(cube.coords) if cube[n].ndim == 0}
+    names = (n for n in quantities_in(cube.coords) if cube[n].ndim == 0)
+    return {n: float(own_values(cube, n, cube[n].values)) for n in names}
+
+
+def own_values(cube: xr.Dataset, name: str, values: Any) -> Any:
+    """Return values of a coordinate in the own unit of its quantity; the cube may have Hz."""
+    units = cube[name].attrs.get("units") if name in cube.coords else None
+    return own_number(values, units)
 
 
 def within(values: Values, low: float = -math.inf, high: float = math.inf) -> Values:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from damper.analysis.places import own_values
 from damper.analysis.runs import runs
 from damper.parameters.lazy import xr
 from damper.parameters.quantity import real
@@ -106,6 +107,12 @@ def sticking(time: np.ndarray, mode: np.ndarray) -> list[tuple[float, float]]:
 def forcing_frequency(place: xr.Dataset) -> str:
     """Name of the coordinate that gives the cycle."""
     return "frequency_ratio" if "frequency_ratio" in place.coords else "forcing_frequency"
+
+
+def cycle(place: xr.Dataset) -> float:
+    """Length of a cycle in the cube's unit of time."""
+    name = forcing_frequency(place)
+    return 2.0 * math.pi / float(own_values(place, name, place[name].values))
 
 
 def half_gap(place: xr.Dataset) -> float:

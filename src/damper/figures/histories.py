@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
@@ -119,7 +118,7 @@ def _history(
 ) -> tuple[float, dict[str, Artist]]:
     """Draw one run; return where it ends, and legend entries of what it shows."""
     unit = trajectory.units_in_a_cycle(run)
-    period = 2.0 * math.pi / float(run[stretches.forcing_frequency(run)]) / unit
+    period = stretches.cycle(run) / unit
     time = trajectory.in_periods(run) * unit
     if not np.isfinite(time).any():
         panels.note_empty_panel(ax)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
@@ -151,13 +150,12 @@ def _motions(
 
 def in_periods(run: xr.Dataset) -> np.ndarray:
     """Time since the start of the sampled stretch, in cycles."""
-    period = 2.0 * math.pi / float(run[stretches.forcing_frequency(run)])
-    return run.trajectory_time.values / period
+    return run.trajectory_time.values / stretches.cycle(run)
 
 
 def units_in_a_cycle(run: xr.Dataset) -> float:
     """Length of a cycle as a time axis shows it: 1, but under what is given by its times."""
-    return 2.0 * math.pi / float(run[stretches.forcing_frequency(run)]) if _of(run) else 1.0
+    return stretches.cycle(run) if _of(run) else 1.0
 
 
 def _of(run: xr.Dataset) -> str:

@@ -1,5 +1,6 @@
 """Units of lengths, times, speeds and energies, and their sizes in SI units."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -25,6 +26,9 @@ SI_UNITS = {
     SPRING_FORCE: "N",
 }
 
+
+#: Unit other than its own that a quantity may be given in: a frequency, in rad/s by itself.
+HERTZ = "Hz"
 
 #: Of a force that is not there: lengths are in any unit L.
 FREE = "K L"
@@ -55,6 +59,11 @@ def name_of(unit: str, amplitude: str = FORCE) -> str:
     names = {SPEED: f"{part} sqrt(K/M)", ENERGY: f"K {part}^2", ACCELERATION: f"{part} K/M"}
     names |= {SPRING_FORCE: f"K {part}", IMPULSE: f"{part} sqrt(K M)"}
     return {LENGTH: length, FORCE: amplitude, **names}.get(unit, unit)
+
+
+def own_number(value: Any, units: str | None) -> Any:
+    """Return a value in the own unit of its quantity: rad/s for a frequency given in Hz."""
+    return 2.0 * math.pi * value if units == HERTZ else value
 
 
 def shown_unit(units: str, si: bool, amplitude: str = FORCE) -> str:

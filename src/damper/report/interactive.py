@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from damper.analysis.places import geometric, in_millimetres
+from damper.analysis.places import geometric, in_millimetres, own_values
 from damper.figures.bifurcation import LOGARITHMIC, with_relative
 from damper.figures.common.layout import numbers, select
 from damper.figures.common.style import LONG_NAMES, RATIOS
@@ -22,7 +22,7 @@ from damper.observers.bursts import Bursts
 from damper.parameters.dampers import BASIC, SI_NAME
 from damper.parameters.forcing import HARMONIC
 from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_QUANTITIES, is_si, ordered
-from damper.parameters.units import shown_unit, units_of
+from damper.parameters.units import own_number, shown_unit, units_of
 from damper.sweep.branches import branches
 from damper.sweep.record import force_settings, masses_of
 
@@ -79,10 +79,10 @@ def interactive(cube: Any, settings: Mapping[str, Any], study: Mapping[str, Any]
 
 def _axis(place: Any, cube: Any, name: str, along: bool) -> dict[str, Any]:
     array = (place if name in place.dims else cube)[name]
-    own = cube[name].values.tolist()
+    own = own_values(cube, name, cube[name].values).tolist()
     return {
         "name": name,
-        "label": LONG_NAMES.get(name, name),
+        "label": array.attrs.get("long_name", name) if name in ALL else name,
         "units": _units(array.attrs),
         "values": array.values.tolist(),
         # As a run takes them: the place may be in millimetres.
@@ -95,7 +95,10 @@ def _runs(cube: Any, at: Mapping[str, Any], study: Mapping[str, Any]) -> dict[st
     """What a run at any point takes: all quantities, how it starts, how long it is."""
     axes = study["axes"]
     plan = branches([{}], {}, study["draws"], {})
-    fixed = {**study["fixed"], **{name: value for name, value in at.items() if name in axes}}
+    fixed = {
+        **study["fixed"],
+        **{n: own_values(cube, n, value) for n, value in at.items() if n in axes},
+    }
     names = ordered({*fixed, *axes, *plan.labels, *INITIAL_NAMES})
     si = is_si(name for name in names if name not in INITIAL_NAMES)
     own = {quantity.name: quantity for quantity in SI_QUANTITIES} if si else {}
@@ -138,7 +141,8 @@ def _runs(cube: Any, at: Mapping[str, Any], study: Mapping[str, Any]) -> dict[st
 def _shown_in(units: str) -> dict[str, Any]:
     """Units in which the page shows a quantity, and what it multiplies it by: lengths in mm."""
     milli = units in ("m", "m/s")
-    return {"units": f"m{units}" if milli else units, "scale": 1e3 if milli else 1.0}
+    scale = 1e3 if milli else 1.0 / own_number(1.0, units)
+    return {"units": f"m{units}" if milli else units, "scale": scale}
 
 
 def _finite(value: float | None) -> float | None:

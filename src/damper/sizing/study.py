@@ -441,7 +441,8 @@ class Judge:
 
     def nearby(self, damper: Sizes, frequency: float) -> dict[str, Any]:
         """The study of what a part of each quantity, more or less, changes at a frequency in Hz."""
-        fixed = self.fixed | ({"forcing_frequency": math.tau * frequency} if frequency else {})
+        driven = {"forcing_frequency": {"value": frequency, "unit": "Hz"}} if frequency else {}
+        fixed = self.fixed | driven
         own = fixed | self.sizes(damper)
         changed = (n for n in CHANGED if own[n] and not (n == "restitution" and own[n] > 0.99))
         axes = {name: [(1.0 + k * PART) * own[name] for k in (-1, 0, 1)] for name in changed}

@@ -26,7 +26,7 @@ from damper.parameters.quantities import (
     quantities_in,
 )
 from damper.parameters.run import EngineSettings, RunLength, declared_in
-from damper.parameters.units import FREE, shown_unit
+from damper.parameters.units import FREE, HERTZ, shown_unit
 from damper.study.axes import coordinate_name
 from damper.study.fields import Folder, NamedMapping, Some, Strict, Text
 from damper.study.forcing import FORCES, ForceEntry
@@ -148,6 +148,12 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     def axis_values(self) -> dict[str, tuple[float, ...]]:
         """Values of every axis, in the order of the cube's dimensions."""
         return {name: axis.points for name, axis in self.axes.items()}
+
+    @cached_property
+    def in_hertz(self) -> dict[str, tuple[float, ...]]:
+        """Values of every frequency that is given in Hz, as given; none of drawn ones."""
+        entries = {n: entry for named in self.sections.values() for n, entry in named.items()}
+        return {name: entry.given for name, entry in entries.items() if entry.unit}
 
     @cached_property
     def fixed(self) -> dict[str, float]:
@@ -279,7 +285,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         """Parts of the study that figures and tables can use."""
         starts = tuple(name for name in self.drawn if name in INITIAL_NAMES)
         return StudyContents(
-            self.axis_values,
+            self.axis_values | {n: v for n, v in self.in_hertz.items() if n in self.axes},
             self.branches,
             self.observers,
             self.orbits,
@@ -353,11 +359,8 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         si = is_si({**given, **self.drawn})
         amplitude = FREE if self.fixed.get("force_amplitude") == 0.0 else self.force.amplitude
         units = {name: shown_unit(ALL[name].units, si, amplitude) for name in self.ends}
-        for entries in self.sections.values():
-            for name in (name for name, entry in entries.items() if entry.unit):
-                units[name] = entries[name].unit
-                if name in given:
-                    given[name] = tuple(value / math.tau for value in given[name])
+        units |= dict.fromkeys(self.in_hertz, HERTZ)
+        given |= {name: values for name, values in self.in_hertz.items() if values}
         values = {name: _values_text(numbers, units[name]) for name, numbers in given.items()}
         if self.masses:
             values["masses"] = f"{len(self.masses)}"

@@ -79,6 +79,7 @@ class SimulatedStudy(Study):  # type: ignore[misc]
                 "attributes": about | run,
                 "amplitude": self.force.amplitude,
                 "notes": {"assumed": self.assumed, "stated": self.stated},
+                "in_hertz": self.in_hertz,
             },
             needs=tuple(self._slices()),
             loads=simulation_modules(self),

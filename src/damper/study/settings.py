@@ -5,7 +5,6 @@ The settings of an observer stand in its own file, `damper.observers`.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, Literal
@@ -24,6 +23,7 @@ from damper.observers import OBSERVERS, observer_class
 from damper.observers.common.settings import Setting, Visibility
 from damper.parameters.quantities import ALL, PARAMETER_NAMES, quantities_in
 from damper.parameters.setting import END
+from damper.parameters.units import own_number
 from damper.parameters.variables import SI_UNITS, SPEED
 from damper.study.axes import MOST_VALUES, grid, short
 from damper.study.fields import (
@@ -71,12 +71,8 @@ def _of_frequency(unit: str, info: ValidationInfo) -> str:
 
 InHertz = Annotated[
     Annotated[Literal["Hz"], AfterValidator(_of_frequency)] | None,
-    Field(description="Of a frequency in rad/s that is given in Hz; results are in rad/s."),
+    Field(description="Of a frequency in rad/s that is given in Hz; results have it in Hz."),
 ]
-
-
-def _in_own_unit(number: float, unit: str | None) -> float:
-    return number if unit is None else 2.0 * math.pi * number
 
 
 class Fixed(Strict):
@@ -91,7 +87,12 @@ class Fixed(Strict):
     @property
     def number(self) -> float:
         """The value in the quantity's own unit."""
-        return _in_own_unit(self.value, self.unit)
+        return float(own_number(self.value, self.unit))
+
+    @property
+    def given(self) -> tuple[float, ...]:
+        """The value as given."""
+        return (self.value,)
 
     def check_together(self, mistakes: Mistakes) -> None:
         check_origin(self, mistakes)
@@ -143,14 +144,19 @@ class Axis(Strict):
 
     @property
     def points(self) -> tuple[float, ...]:
-        """The values in order, distinct and finite; ValueError if the parts make no axis."""
+        """The values in the own unit of the quantity; ValueError if the parts make no axis."""
+        return tuple(own_number(value, self.unit) for value in self.given)
+
+    @property
+    def given(self) -> tuple[float, ...]:
+        """The values in order, as given, distinct and finite; ValueError as for `points`."""
         parts = ("start", "stop", "num", "step")
         given = [name for name in parts if getattr(self, name) is not None]
         if self.values is not None:
             given += ["spacing"] if self.spacing != "linear" else []
             if given:
                 raise ValueError(f"values stands alone, but {', '.join(given)} is given as well")
-            return tuple(_in_own_unit(value, self.unit) for value in self.values)
+            return self.values
         if not given:
             raise ValueError("does not say which values it has")
         if missing := [name for name in ("start", "stop") if name not in given]:
@@ -161,8 +167,7 @@ class Axis(Strict):
             raise ValueError("start and stop are given, but neither num nor step")
         assert self.start is not None
         assert self.stop is not None
-        values = grid(self.start, self.stop, self.num, self.step, self.spacing)
-        return tuple(_in_own_unit(value, self.unit) for value in values)
+        return grid(self.start, self.stop, self.num, self.step, self.spacing)
 
     def check_together(self, mistakes: Mistakes) -> None:
         check_origin(self, mistakes)
@@ -226,11 +231,14 @@ class Drawn(Strict):
     stated: Stated = None
 
     @property
+    def given(self) -> tuple[float, ...]:
+        """Nothing: the numbers that are drawn are not given."""
+        return ()
+
+    @property
     def ends(self) -> tuple[float, ...]:
         """Ends of the range, and the values."""
-        return tuple(
-            _in_own_unit(v, self.unit) for v in (*(self.range or ()), *(self.values or ()))
-        )
+        return tuple(own_number(v, self.unit) for v in (*(self.range or ()), *(self.values or ())))
 
     @property
     def rule(self) -> dict[str, Any]:
@@ -239,7 +247,7 @@ class Drawn(Strict):
         given: dict[str, Any] = {"spacing": self.spacing, "share": self.share}
         for key in ("range", "values"):
             numbers = getattr(self, key)
-            given[key] = numbers and tuple(_in_own_unit(value, self.unit) for value in numbers)
+            given[key] = numbers and tuple(own_number(value, self.unit) for value in numbers)
         keys = ("range", "spacing", "values", "share")
         return {key: given[key] for key in keys if given[key] is not None}
 

@@ -5,13 +5,14 @@ import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from damper.parameters.quantities import ALL, is_si, quantities_in
-from damper.parameters.units import AMPLITUDES, FORCE, FREE, attributes_of, name_of
+from damper.parameters.units import AMPLITUDES, FORCE, FREE, HERTZ, attributes_of, name_of
 from damper.parameters.variables import NO_VALUE, OWN_DIMENSIONS, SI_UNITS, STATUS, Variable
 from damper.sweep.idle import idle_from_rest
 from damper.sweep.parts import PartData
@@ -141,6 +142,7 @@ def gather(
     attributes: Mapping[str, Any],
     notes: Mapping[str, Mapping[str, str]] | None = None,
     amplitude: str = FORCE,
+    in_hertz: Mapping[str, Sequence[float]] = MappingProxyType({}),
 ) -> xr.Dataset:
     """Put the slices of a study together.
 
@@ -158,6 +160,8 @@ def gather(
     notes : mapping, optional
         Remarks, such as why a value is assumed: note -> name -> text. Each becomes an attribute
         of the coordinate of that name, or of the cube.
+    in_hertz : mapping, optional
+        Frequencies that the cube has in Hz -> their values, nothing for drawn ones.
     amplitude : str, default "F0"
         What that of the force is called; see `Forcing.amplitude`.
 
@@ -209,6 +213,11 @@ def gather(
                 cube[name].attrs[note] = text
             else:
                 cube.attrs[f"{note}_{name}"] = text
+    for name, values in in_hertz.items():
+        one = cube[name]
+        numbers = np.reshape(values, one.shape) if len(values) else one.values / (2.0 * np.pi)
+        about = {"long_name": one.attrs["long_name"].removeprefix("angular "), "units": HERTZ}
+        cube = cube.assign_coords({name: (one.dims, numbers, one.attrs | about)})
     return cube.transpose(*axes, ...)
 
 

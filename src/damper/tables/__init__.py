@@ -141,8 +141,8 @@ def make(kind: str, results: Mapping[str, Any], **settings: Any) -> Table:
 
 def _fixed(cube: xr.Dataset) -> Iterator[str]:
     values = [
-        f"{label_of(name)} {value:g} {units_of(cube[name].attrs)}".removesuffix(" 1")
-        for name, value in fixed_values(cube).items()
+        f"{label_of(name)} {float(cube[name]):g} {units_of(cube[name].attrs)}".removesuffix(" 1")
+        for name in fixed_values(cube)
     ]
     if force := force_settings(cube):
         values.append(f"forcing {force_text(force, is_si(map(str, cube.coords)))}")

@@ -15,6 +15,7 @@ from damper.parameters.units import (
     AMPLITUDES,
     ENERGY,
     FORCE,
+    HERTZ,
     IMPULSE,
     LENGTH,
     SI_UNITS,
@@ -217,7 +218,13 @@ def label(meaning: str, symbol: str, units: str) -> str:
 
 def axis_label(name: str, units: str | None = None) -> str:
     """Label of a quantity's axis; `units` where they are not those of `ALL`."""
-    return label(LONG_NAMES[name], SYMBOLS[name], units or ALL[name].units)
+    words = LONG_NAMES[name].removeprefix("angular ") if units == HERTZ else LONG_NAMES[name]
+    return label(words, _symbol(name, units), units or ALL[name].units)
+
+
+def _symbol(name: str, units: str | None) -> str:
+    """Symbol of a quantity; of an angular frequency in Hz, of it over 2 pi."""
+    return f"{SYMBOLS[name][:-1]}/2\\pi$" if units == HERTZ else SYMBOLS[name]
 
 
 def value_text(name: str, value: Any, units: str | None = None) -> str:
@@ -227,7 +234,7 @@ def value_text(name: str, value: Any, units: str | None = None) -> str:
     if name not in ALL:
         return _BRANCHES.get((name, value), f"{name} {value}")
     shown = units_text(units or ALL[name].units)
-    return f"{SYMBOLS[name]} = {_number(value)} {shown}".rstrip()
+    return f"{_symbol(name, units)} = {_number(value)} {shown}".rstrip()
 
 
 def _number(value: float) -> str:
