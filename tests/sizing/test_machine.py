@@ -1,6 +1,7 @@
 """What an engineer gives: one clear message for what is wrong, and what would be feasible."""
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -117,14 +118,14 @@ def test_the_best_material_is_named_with_its_origin() -> None:
     lead, rubber = {"restitution": 0.05, "stated": "a handbook"}, {"restitution": 0.25}
     given = FRAME | {"materials": {"lead": lead, "rubber": rubber, "steel": 0.6}}
     del given["restitution"]
-    card = repr(damper.design(given, quick=True))
+    found = damper.design(given, quick=True)
+    assert found.materials.material.tolist() == ["rubber", "lead", "steel"]
+    card = repr(found)
     assert "0.25, rubber (the origin of its restitution is not given)" in card
     cork = {"materials": given["materials"] | {"cork": 0.25}}
     assert "rubber (the origin of its restitution is not given) or cork (" in repr(
         damper.design(given | cork, quick=True)
     )
-    rows = card.partition("material")[2].splitlines()[1:4]
-    assert [row.split()[0] for row in rows] == ["rubber", "lead", "steel"]
     del given["materials"]["rubber"]
     assert "0.05, lead (stated: a handbook)" in repr(damper.design(given, quick=True))
     del given["materials"]
@@ -162,7 +163,8 @@ def test_records_and_ranges_are_given_in_the_shell(
     options += ["--restitution-range", "0.2", "0.6", f"--{key}"]
     Path("shock.csv").write_text("0,0\n0.01,5\n0.02,0\n")
     card = called("design", *options, "shock.csv", "--output", "made")
-    assert "coefficient of restitution                    0.2\n" in card
+    assert re.search(r"\n  coefficient of restitution +0\.2\n", card)
+    assert re.search(r"\n  worst case: the largest over starts, tolerances +\d", card)
     assert "anywhere in the box" in Path("made/design.md").read_text()
     message = called("design", *options, "shok.csv", code=1)
     name = key.replace("-", "_")

@@ -28,6 +28,8 @@ _FOLLOW: Mapping[str, Any] = {"step": 0.05, "max_orbits": 120, "until_change": T
 _GAPS = (0.4, 2.5)
 #: Digits of an answer, one less where a per cent of a quantity changes it by more than two.
 _USUAL, _STEEP = 3, 2.0
+#: Least width of the words of a card.
+_WIDTH = 46
 #: Cycles of the machine in one run.
 _MOST_CYCLES = 1e6
 #: Room for the gap over the gap of the closed law.
@@ -54,11 +56,11 @@ class Design:
     gap: float = _number("gap, the whole travel", "m", DIGITS)
     restitution: float = _number("coefficient of restitution")
     without: float = _number("without damper", "*")
-    worst: float = _number("worst case", "*")
-    runs: float = _number("the largest of so many runs", digits=6)
-    worst_frequency: float = _number("worst at", "Hz")
-    as_built: float = _number("the largest without tolerances", "*")
-    fresh_share: float = _number("fresh random runs that exceed the worst case", "%")
+    worst: float = _number("worst case: the largest over {cases}", "*")
+    runs: float = _number("runs of which it is the largest", digits=6)
+    worst_frequency: float = _number("frequency of the worst case", "Hz")
+    as_built: float = _number("as built: the same without tolerances", "*")
+    fresh_share: float = _number("fresh random runs above the worst case", "%")
     fresh_ratio: float = _number("the largest fresh run, over the worst case")
     law: float = _number("by the closed law", "*")
     band_ratio: float = _number("largest over that without damper, in the band")
@@ -80,6 +82,8 @@ class Design:
     """What counts with each quantity off its value, the others as built."""
     changes: pd.DataFrame | None = None
     """What a little more of each quantity changes, as built and where the worst case is."""
+    found_by: str = ""
+    """How `changes` are found."""
     slopes: Mapping[str, float] = field(default_factory=dict)
     """Per cent by which what counts changes with a per cent of a quantity, as in `changes`."""
     motions: pd.DataFrame | None = None
@@ -104,12 +108,36 @@ class Design:
             value = getattr(self, one.name)
             if one.name in units and not math.isnan(value):
                 text = text_of(value, units[one.name], self.digits(one.name))
-                made.append((one.name, one.metadata["words"], text))
+                words = one.metadata["words"].format(cases=self.machine.cases)
+                made.append((one.name, words, text))
         if material := self.machine.material(self.restitution):
             names = [line[0] for line in made]
             name, words, value = made[place := names.index("restitution")]
             made[place] = name, words, f"{value}, {material}"
         return made
+
+    @property
+    def tables(self) -> Iterator[tuple[str, str, pd.DataFrame]]:
+        """Heading, explanation and cells of each table that there is."""
+        by = "by the closed laws" if self.quick else "in the worst case"
+        coarse = "" if self.quick else "; all but the first are from a coarser grid of dampers"
+        grid = "frequencies and starts" if self.machine.band else "starts"
+        every = (
+            ("Materials", f"The best damper of each material, {by}{coarse}.", self.materials),
+            (
+                "How wrong things may be",
+                f"The largest over a grid of {grid}, with one quantity off its value.",
+                self.tolerances,
+            ),
+            (f"What {100.0 * PART:g} % more changes", self.found_by, self.changes),
+            (
+                "Where other starts lead",
+                f"Random starts at {self.worst_frequency:.4g} Hz, as built; the worst case is over "
+                "these, too. In brackets are the 95 % limits of their part.",
+                self.motions,
+            ),
+        )
+        return (one for one in every if one[2] is not None)  # type: ignore[misc]
 
     def digits(self, name: str) -> int:
         """Digits of a number that the sensitivity of the answer supports."""
@@ -130,12 +158,12 @@ class Design:
         method = "closed laws alone" if self.quick else "exact runs"
         words = self.machine.measured[2]
         head = [f"{self.machine.title}: a damper against the {words} ({method})"]
-        body = [f"  {text:<46}{value}" for _, text, value in self.lines]
+        width = max(_WIDTH, *(len(text) + 1 for _, text, _ in self.lines))
+        body = [f"  {text:<{width}}{value}" for _, text, value in self.lines]
         more = [f"! {text}" for text in self.warnings]
         tables = [
-            frame.to_string(index=False)
-            for frame in (self.materials, self.tolerances, self.changes, self.motions)
-            if frame is not None
+            f"{heading}. {text}\n{frame.to_string(index=False)}"
+            for heading, text, frame in self.tables
         ]
         return "\n".join([*head, *more, *body, *tables, *(f"- {text}" for text in self.assumed)])
 
@@ -287,9 +315,7 @@ def _materials(m: Machine, of_each: Sequence[tuple[Sizes, float]]) -> pd.DataFra
     return pd.DataFrame(rows) if rows else None
 
 
-def _design(
-    judge: Judge, damper: Sizes, quick: bool, assumed: tuple[str, ...] = (), **numbers: Any
-) -> Design:
+def _design(judge: Judge, damper: Sizes, quick: bool, **numbers: Any) -> Design:
     m = judge.machine
     return Design(
         machine=m,
@@ -299,7 +325,7 @@ def _design(
         gap=damper.gap,
         restitution=damper.restitution,
         without=float(_without(judge, judge.band).max()),
-        assumed=(*_assumptions(judge, quick), *assumed),
+        assumed=tuple(_assumptions(judge, quick)),
         **numbers,
     )
 
@@ -567,7 +593,7 @@ def _changes(
                 name: orbit.peak_sensitivity(name) * getattr(orbit.parameters, name) / orbit.peak
                 for name in CHANGED
             }
-            how = "along the periodic motion there"
+            how = "by the derivative of the periodic motion"
         except ValueError:
             pass
     if not slopes:
@@ -584,11 +610,10 @@ def _changes(
         [f"{label_of(name)}, {100.0 * PART:g} %", f"{100.0 * PART * slope:+.2g} %"]
         for name, slope in slopes.items()
     ]
-    text = f"What {100.0 * PART:g} % more changes{where} is found {how}."
     return {
         "slopes": slopes,
         "changes": pd.DataFrame(rows, columns=["more of", f"changes the {words} by"]),
-        "assumed": (text,),
+        "found_by": f"Changes of the {words}{where}, found {how}.",
     }
 
 

@@ -338,6 +338,11 @@ class Machine(Settings):  # type: ignore[misc]
         return self.static * factor
 
     @property
+    def cases(self) -> str:
+        """What a worst case is over."""
+        return "starts, tolerances" if self.band is None else "frequencies, starts, tolerances"
+
+    @property
     def measured(self) -> tuple[str, str, str]:
         """Of what counts: variable of a cube, unit, words."""
         usual = "decay_time" if self.is_free else "peak_displacement"

@@ -138,28 +138,10 @@ def _body(design: Design) -> Iterator[str | pd.DataFrame]:
     if design.response is not None:
         words = "Response in the band and beyond" if m.band else "Motion"
         yield f"![{words}, with the damper and without](response.png)"
-    if design.materials is not None:
-        yield "## Materials"
-        by = "by the closed laws" if design.quick else "in the worst case"
-        grid = (
-            "" if design.quick else "; gaps and masses of all but the first are of a coarser grid"
-        )
-        yield f"The best damper of each material, {by}{grid}."
-        yield design.materials
-    if design.tolerances is not None or design.changes is not None:
-        yield "## How wrong things may be"
-    if design.tolerances is not None:
-        yield "One quantity off its value at a time, the others as built; from the starts alone."
-        yield design.tolerances
-    if design.changes is not None:
-        yield design.changes
-    if design.motions is not None:
-        yield "## Where other starts lead"
-        yield (
-            f"From random starts at {design.worst_frequency:.4g} Hz, where the worst case is; in "
-            "brackets the 95 % limits of their part."
-        )
-        yield design.motions
+    for heading, text, frame in design.tables:
+        yield f"## {heading}"
+        yield text
+        yield frame
     yield "## What was assumed"
     yield "\n".join(f"- {text}" for text in design.assumed)
     files = ", ".join(f"studies/{name}.yaml" for name in design.studies) or "the closed laws"
