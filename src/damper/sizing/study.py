@@ -442,13 +442,12 @@ class Judge:
     def nearby(self, damper: Sizes, frequency: float) -> dict[str, Any]:
         """The study of what a part of each quantity, more or less, changes at a frequency in Hz."""
         driven = {"forcing_frequency": {"value": frequency, "unit": "Hz"}} if frequency else {}
-        fixed = self.fixed | driven
-        own = fixed | self.sizes(damper)
+        own = self.fixed | self.sizes(damper)
         changed = (n for n in CHANGED if own[n] and not (n == "restitution" and own[n] > 0.99))
         axes = {name: [(1.0 + k * PART) * own[name] for k in (-1, 0, 1)] for name in changed}
         starts = {k: v for k, v in self.axes(damper).items() if k.startswith("initial")}
         made = {name: {"values": values} for name, values in (axes | starts).items()}
-        return self._study(f"{100.0 * PART:g} % more or less", made, own, self.observers)
+        return self._study(f"{100.0 * PART:g} % more or less", made, own | driven, self.observers)
 
     def motions(self, damper: Sizes, frequency: float) -> dict[str, Any]:
         """The study of the motions that random starts lead to at a frequency in Hz."""
