@@ -203,7 +203,7 @@ def test_response_under_a_force_against_samples(name: str, force: str) -> None:
         for now in time + float(found.trajectory_start)
     ]
     work = np.trapezoid(push * (v + share * p.mass_ratio * u), time)
-    loss = np.trapezoid(2.0 * p.damping_ratio * v * v + 2.0 * p.support_damping * u * u, time)
+    loss = np.trapezoid(2.0 * p.damping_ratio * v * v + 2.0 * p.support_damping_ratio * u * u, time)
     assert float(found.energy_input) == pytest.approx(work, rel=1e-5)
     assert float(found.dashpot_loss) == pytest.approx(loss, rel=1e-5)
     mean = np.trapezoid(x * x, time) / p.cycle
