@@ -5,6 +5,7 @@ periods, and with it phases, durations and sections; every test here asks for fo
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,8 +15,8 @@ from mpmath import mp, mpf
 from scipy.linalg import expm
 
 import damper
-from damper import Parameters, State
-from damper.engine.compiled import COMPILED
+from damper import Parameters, State, events
+from damper.engine.compiled import COMPILED, plain
 from damper.engine.loop import FINISHED
 from damper.engine.search import HORIZON
 from damper.engine.segment import CAUSE, GAP, PERIODS, STICK, TIME, X
@@ -202,3 +203,52 @@ def test_long_chatter_stays_in_its_box() -> None:
     assert rows[:, GAP].max() <= 2 * p.clearance
     assert np.abs(rows[:, X]).max() < 3.0
     assert (rows[:, CAUSE] == STICK).sum() > (900 if COMPILED else 30)
+
+
+SLOW = Parameters(0.1, 0.05, 0.8, 6.0, 0.6)
+
+
+def steady_state(p: Parameters) -> complex:
+    """Amplitude of the primary that no mass touches, times a phase: x is its imaginary part."""
+    w = p.frequency_ratio
+    return 1.0 / complex(1.0 - w * w, 2.0 * p.damping_ratio * w)
+
+
+@pytest.mark.parametrize("others", [0, 1], ids=["alone", "beside one that hits"])
+@plain
+def test_what_nothing_acts_on_stays_as_it_is(others: int) -> None:
+    """A free mass flies on by itself: its velocity keeps each bit, whatever the primary does."""
+    masses = [{}, *[{"clearance": 2.0, "mass_ratio": 0.02}] * others]
+    p, y, u = replace(SLOW, masses=masses), 0.1, 1e-7
+    run = start_run(p, State(0.1, 0.7, (y, 0.0)[: len(masses)], (u, 0.0)[: len(masses)]))
+    cycles = 200 if others else 3000
+    run.skip(cycles)
+    (place, *_), (velocity, *_) = run.state_at(cycles).of_each(len(masses))
+    assert velocity == u
+    assert place == pytest.approx(y + u * cycles * p.cycle, abs=1e-14)
+
+
+@plain
+def test_a_slow_mass_hits_after_thousands_of_cycles() -> None:
+    """At the first instant at which the steady primary reaches it, to the roundoff of that."""
+    p = replace(SLOW, masses=[{}, {"mass_ratio": 0.2, "clearance": 50.0}])
+    amplitude, w = steady_state(p), p.frequency_ratio
+    cycles = 2000.3
+    u = 0.5 / (cycles * p.cycle)
+    y = p.clearance - abs(amplitude) - 0.5
+    x, v = amplitude.imag, w * amplitude.real
+    state = State(x, v, (y, 0.0), (u, 0.0))
+    hit = events(p, state, until=(cycles + 20) * p.cycle)[0]
+    with mp.workdps(40):
+        exact = 1 / mp.mpc(1 - mp.mpf(w) ** 2, 2 * mp.mpf(p.damping_ratio) * mp.mpf(w))
+
+        def gap(t: mp.mpf) -> mp.mpf:
+            return mp.mpf(p.clearance) - (mp.mpf(y) + mp.mpf(u) * t - mp.im(exact * mp.expj(w * t)))
+
+        cycle = 2 * mp.pi / mp.mpf(w)
+        guess = int(hit["period"]) * cycle + mp.mpf(float(hit["time_in_period"]))
+        time = mp.findroot(gap, guess)
+        assert abs(time - guess) < 3e-12
+        # Nothing before it: the gap of the cycle before stays open.
+        least = min(gap(time - cycle * (1 + mp.mpf(k) / 200)) for k in range(-20, 21))
+        assert least > 0

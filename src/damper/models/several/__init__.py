@@ -17,6 +17,7 @@ from damper.engine.model import Step
 from damper.engine.search import GAVE_UP, HORIZON
 from damper.engine.segment import FLIGHT, NOTHING, STICK, STICKING, TAIL
 from damper.models.several.bodies import (
+    ALONE,
     BODY,
     CAUSE,
     CLEARANCE,
@@ -24,9 +25,11 @@ from damper.models.several.bodies import (
     FIRST,
     GAP,
     MODE,
+    PLACE,
     RATE,
     SIDE,
     TOLD,
+    VELOCITY,
     WAS,
     WAY,
     Several,
@@ -40,6 +43,9 @@ from damper.models.several.motion import all_after, bounce_in
 from damper.models.several.pinch import close_pinch, is_pinched, turns_of
 from damper.models.several.tails import close, next_event
 from damper.models.walls import slack
+
+#: A time for which nothing has happened: none to speak of.
+_KNOWN = 1e-300
 
 
 @declared.initial_segment.of(Several)
@@ -56,6 +62,7 @@ def _initial_segment(model, periods, time, x, v, y, u):
         bodies[k, SIDE] = side
         bodies[k, MODE] = FLIGHT
         bodies[k, CAUSE] = NOTHING
+        bodies[k, PLACE], bodies[k, VELOCITY], bodies[k, ALONE] = place, speed, _KNOWN
     settle(model.friction, model, segment_of_all(periods, time, x, v, bodies), STICKING)
     return told(segment_of_all(periods, time, x, v, bodies), v, 0.0)
 
@@ -148,6 +155,9 @@ def _fly(model, s, start):
     if hits:
         v = close(model, segment_of_all(periods, time, x, v, bodies))
         close_pinch(model, bodies)
+    for k in range(count):
+        if bodies[k, CAUSE] != NOTHING:
+            bodies[k, ALONE] = 0.0
     new = told(segment_of_all(periods, time, x, v, bodies), v_before, loss)
     happened = new.cause != NOTHING
     return Step(last, happened, gave_up, steps, new, begin(model, new))

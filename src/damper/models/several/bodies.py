@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine import model as declared
-from damper.engine.bodies import Ballistic, sum_after
+from damper.engine.bodies import Ballistic, body_at, sum_after
 from damper.engine.compiled import compiled, plain
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import phase_at
@@ -39,7 +39,10 @@ RATIO, CLEARANCE, GRAVITY, LEFT, RIGHT = range(5)
 #: primary's where that rubs, else 0. What was is the way before this instant, or that it moved with
 #: the primary, or that a row before has told of the instant.
 GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION, WAY, WAS = range(10)
-BODY = 10
+#: Displacement and velocity of a mass in flight by itself, which have no digits of the primary's,
+#: and the time for which nothing has happened to it: 0 where they are not known.
+PLACE, VELOCITY, ALONE = range(10, 13)
+BODY = 13
 JOINED, TOLD = 2.0, 3.0
 #: In place of a completion: the body has left its wall without a jump of the force just now, so
 #: both accelerations are the same, exactly.
@@ -272,6 +275,24 @@ def flight_of_body(model: Several, s: SeveralSegment, start: Start, k: int) -> t
     seg = segment_of(s, start, k)
     view = view_of(model, start, k, 0.0, seg.side, float(s.bodies[k, WAY]))
     return seg, view, flight_of(view.mass, start, view, seg)
+
+
+@by_class
+def fly_alone(mass: Any, body: np.ndarray, tau: float) -> None:
+    """Take displacement and velocity of a free mass on, where they are known; in place."""
+
+
+@fly_alone.of(Ballistic)
+def _fly_alone(mass, body, tau):
+    way, velocity = body_at(mass, float(body[PLACE]), float(body[VELOCITY]), 0.0, tau)
+    body[PLACE] += way
+    body[VELOCITY] = velocity
+    body[ALONE] += tau
+
+
+@fly_alone.of(Oscillator)
+def _is_driven(mass, body, tau):
+    body[ALONE] = 0.0
 
 
 @by_class

@@ -9,16 +9,19 @@ from damper.engine.search import HORIZON, ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, RESTING, STICKING, TAIL, clock_after
 from damper.models.friction import Bounce, bounce_at, bounce_from
 from damper.models.several.bodies import (
+    ALONE,
     CAUSE,
     CLEARANCE,
     COMPLETION,
     GAP,
     JOINED,
     MODE,
+    PLACE,
     RATE,
     RATIO,
     SIDE,
     SPEED,
+    VELOCITY,
     WAS,
     WAY,
     Several,
@@ -27,6 +30,7 @@ from damper.models.several.bodies import (
     begin,
     flight_of,
     flight_of_body,
+    fly_alone,
     friction_of,
     gap_after,
     is_joined,
@@ -67,10 +71,20 @@ def all_after(
         b[SPEED] = 0.0
         b[WAS] = JOINED if is_joined(b[MODE]) else b[WAY]
         if is_joined(b[MODE]):
+            b[ALONE] = 0.0
             continue
         seg, view, own = flight_of_body(model, s, start, k)
         gap, rate, roundoff = gap_after(own, view, seg, way, change, tau)
         width = 2.0 * view.clearance
+        if b[ALONE] == 0.0:
+            b[PLACE] = s.x + b[SIDE] * (view.clearance - b[GAP])
+            b[VELOCITY] = s.v - b[SIDE] * b[RATE]
+        long = b[ALONE] >= HORIZON
+        fly_alone(view.mass, b, tau)
+        if long and b[ALONE] > 0.0:
+            # As increments its roundoff would add up.
+            gap = view.clearance - seg.side * (float(b[PLACE]) - x)
+            rate = seg.side * (v - float(b[VELOCITY]))
         if arriving[k] == 0.0:
             if gap <= _TOGETHER * roundoff and rate < 0.0:
                 arriving[k] = seg.side
@@ -91,6 +105,8 @@ def state_in(model: Several, segment: SeveralSegment, tau: float) -> tuple:
         side = float(bodies[k, SIDE])
         y[k] = x + side * (float(model.masses[k, CLEARANCE]) - float(bodies[k, GAP]))
         u[k] = v - side * float(bodies[k, RATE])
+        if bodies[k, ALONE] > 0.0:
+            y[k], u[k] = bodies[k, PLACE], bodies[k, VELOCITY]
     return x, v, y, u
 
 
