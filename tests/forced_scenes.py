@@ -30,6 +30,11 @@ MODELS: dict[str, dict[str, float]] = {
     "tension": {"contact_stiffness_ratio": 3e3, "contact_tension": 1},
     "time_varying": {"modulation_depth": 0.4, "modulation_order": 3, "modulation_phase": 1.0},
     "sliding": {"friction": 0.02},
+    "grounded, sliding": {
+        "support_stiffness_ratio": 0.01,
+        "support_damping_ratio": 0.002,
+        "friction": 0.005,
+    },
 }
 
 
@@ -95,9 +100,9 @@ def random_scene(model: str, force: str, seed: int) -> tuple[dict[str, Any], tup
         values["modulation_depth"] = draw.uniform(0.05, 0.95)
         values["modulation_order"] = draw.randint(1, 4)
         values["modulation_phase"] = draw.uniform(-3, 3)
-    if model == "sliding":
+    if "sliding" in model:
         values["friction"] = 10 ** draw.uniform(-2.5, 0)
-    if model == "grounded":
+    if "grounded" in model:
         mu = values["mass_ratio"]
         values["support_stiffness_ratio"] = draw.choice([0.0, mu * 10 ** draw.uniform(-2, 1)])
         values["support_damping_ratio"] = mu * 10 ** draw.uniform(-2, 1.3)

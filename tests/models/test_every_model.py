@@ -277,7 +277,7 @@ same = [
         dict(unit_count=1),
     )
 ]
-names = ("grounded", "compliant", "time_varying", "sliding", "several")
+names = ("compliant", "time_varying", "several")
 unused = [name for name in sys.modules if name.startswith("damper.models.") and any(
     model in name for model in names)]
 print(json.dumps([*same, unused]))
@@ -322,6 +322,7 @@ AIDS = ("longer_step", "proves_inside", "stays_below")
 #: wall, where the walls are alike: what is asked of that has to be known. The row of a log is that
 #: of one free mass unless a model says otherwise, as are its motion and its deviations, and what
 #: impacts take from it, beside a primary alone in flight; its energy asks for the mass at a moment.
+#: Without dry friction it neither rests off the walls nor slides.
 GENERAL = (
     "taylor",
     "law_at",
@@ -333,6 +334,12 @@ GENERAL = (
     "lost_at_start",
     "own_share",
     "primary_of",
+    "lost_in",
+    "course_of",
+    "turned",
+    "stays",
+    "rest_or_slide",
+    "bounce_of",
 )
 #: What every force answers but `damper.engine.forcing.weighed`, which is made of one: no weight.
 UNWEIGHED: dict[str, Any] = {

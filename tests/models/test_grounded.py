@@ -112,10 +112,10 @@ def path_of(run: Trajectory, row: np.ndarray, count: int) -> np.ndarray:
         a[0, 1] = a[2, 3] = 1.0
         common = np.zeros(7)
         common[[0, 1, 4, 6]] = (
-            -(1.0 + model.stiffness),
-            -2.0 * (free.damping + model.damping),
+            -(1.0 + mu * support.stiffness),
+            -2.0 * (free.damping + mu * support.damping),
             1.0,
-            -model.stiffness * side * d,
+            -mu * support.stiffness * side * d,
         )
         a[1] = a[3] = common / (1.0 + mu)
         y = row[X] + side * d

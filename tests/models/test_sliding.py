@@ -172,9 +172,9 @@ def test_the_laws_hold_in_the_frame_of_a_base() -> None:
 
 
 def test_only_one_model_at_a_time() -> None:
-    message = "support_stiffness_ratio .grounded. and friction .sliding. ask for different models"
+    message = "modulation_depth .time_varying. and friction .sliding. ask for different models"
     with pytest.raises(ValueError, match=message):
-        Parameters(**QUIET, friction=0.1, support_stiffness_ratio=0.1)
+        Parameters(**QUIET, friction=0.1, modulation_depth=0.1)
 
 
 @plain

@@ -24,7 +24,13 @@ RECORDED = ("rigid under a record", "time_varying under a record", "rigid on a b
 #: Models whose walls differ.
 DIFFERING = ("differing", "yielding, differing", "grounded, differing", "time_varying, differing")
 #: Models with dry friction, whose free mass stops, turns round and rests off the walls.
-RUBBING = ("sliding", "sliding under a record", "sliding, differing", "sliding on a base")
+RUBBING = (
+    "sliding",
+    "sliding under a record",
+    "sliding, differing",
+    "sliding on a base",
+    "grounded, sliding",
+)
 RECORDED += RUBBING[1:2]
 DIFFERING += RUBBING[2:3]
 KINDS += FORCED + RECORDED[:3] + DIFFERING[:4] + RUBBING
@@ -151,6 +157,7 @@ BESIDES = {
     **dict.fromkeys(DIFFERING, ("restitution_left",)),
     **dict.fromkeys(RUBBING, ("friction", "gravity")),
     "sliding on a base": ("friction", "gravity", "force_amplitude"),
+    "grounded, sliding": ("friction", "support_stiffness_ratio", "support_damping_ratio"),
     **dict.fromkeys(FORCED, ("force_amplitude", "harmonic_2", "harmonic_2_phase")),
 }
 

@@ -29,6 +29,7 @@ SAMPLED = RESPONSE | {"trajectory": {"samples_per_period": 4000}}
         {},
         {"gravity": 0.3},
         {"support_stiffness_ratio": 0.02, "support_damping_ratio": 0.01},
+        {"support_stiffness_ratio": 0.02, "friction": 0.1, "frequency_ratio": 0.3},
         {"clearance": 0.02, "frequency_ratio": 0.3, "restitution": 0.3},
         {"damping_ratio": 1.2},
         {"forcing": damper.Base("base")},

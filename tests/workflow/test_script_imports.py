@@ -12,7 +12,7 @@ HEAVY |= {"mpmath", "jinja2", "docutils"}
 # Script -> what it imports by name or in functions, and all that may be heavy of what is loaded.
 JOBS = {
     "part": (
-        ["damper.sweep.slices", "damper.models.rigid", "damper.observers.impacts"],
+        ["damper.sweep.slices", "damper.models.masses", "damper.observers.impacts"],
         {"numba"},
     ),
     "gather": (["damper.sweep.cube", "xarray"], {"xarray", "pandas", "netCDF4"}),

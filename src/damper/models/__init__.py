@@ -5,7 +5,6 @@ imported.
 """
 
 import math
-from functools import cache
 from importlib import import_module
 from typing import Any
 
@@ -13,10 +12,13 @@ from damper.engine.impact import LAWS, DifferingWalls
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, Trajectory
 from damper.models.walls import slack
 from damper.parameters import NO_UNITS, Parameters, State, Units
+from damper.parameters.models import room_of
 from damper.parameters.run import checked
 
 
-def model_of(parameters: Parameters, accuracy: float = DEFAULT_ACCURACY, model: str = "") -> Any:
+def model_of(
+    parameters: Parameters, accuracy: float = DEFAULT_ACCURACY, along_friction: bool = False
+) -> Any:
     """Constants of a run, a NamedTuple of the model that these parameters ask for.
 
     Parameters
@@ -25,18 +27,12 @@ def model_of(parameters: Parameters, accuracy: float = DEFAULT_ACCURACY, model: 
     accuracy : float, default 1e-12
         Largest error of a completion time, in units of sqrt(M/K) (of 1/omega where that is
         shorter). Everything else is exact to roundoff.
-    model : str, optional
-        Name of a model that knows these parameters as well.
+    along_friction : bool, optional
+        Whether slides stop also where there is no friction yet, for rigid walls.
     """
-    room, more = _room_of(model or parameters.model), {}
-    if parameters.model == "several" and model == "sliding":
-        room, more = _room_of("several"), {"along_friction": True}
+    room = import_module(f"damper.models.{room_of(parameters.model)}")
+    more = {"along_friction": True} if along_friction else {}
     return room.prepare(parameters, law_of(parameters), float(accuracy), **more)
-
-
-@cache
-def _room_of(model: str) -> Any:
-    return import_module(f"damper.models.{model}")
 
 
 def start_run(

@@ -12,10 +12,11 @@ from damper.engine.bodies import strength_on
 from damper.engine.bounds import bounds_ahead
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class_or_default
-from damper.engine.forcing import bound_ahead, common, force_rates, phase_at
+from damper.engine.forcing import bound_ahead, common, force_rates
 from damper.engine.oscillator import Motion, Oscillator, higher_derivatives, increments, motion_from
 from damper.engine.peak import Moment, bounds_of, highest, moment_at
-from damper.engine.segment import FLIGHT, Segment, centre_velocity
+from damper.engine.segment import Segment
+from damper.models.response import primary_or_centre
 
 
 class Combination(NamedTuple):
@@ -76,14 +77,8 @@ def primary_extremes(
     `through` is the part of the force on the primary that comes through spring and dashpot: 1 for
     a base whose motion is that of the ground, else 0.
     """
-    s = segment
-    osc, v, shift = model.free, s.v, 0.0
-    if s.mode != FLIGHT:
-        stiffness = model.mass_ratio * model.mass.stiffness
-        shift = stiffness / (1.0 + stiffness) * s.side * model.clearance
-        osc, v = model.stuck, centre_velocity(s, model.mass_ratio)
-    start = motion_from(osc, s.x + shift, v, phase_at(osc.forcing, s.periods, s.time))
-    extremes_of(model, osc, start, shift, low, high, through, most)
+    p = primary_or_centre(model, segment)
+    extremes_of(model, p.osc, p.start, p.shift, low, high, through, most)
 
 
 @compiled

@@ -19,10 +19,11 @@ from damper.engine.bodies import (
     sum_after,
 )
 from damper.engine.compiled import compiled
+from damper.engine.completion import bounce_at as frictionless_bounce_at
 from damper.engine.completion import completion, sticks
-from damper.engine.dispatch import by_class
+from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import bound_of, horizon, may_jump, phase_at
-from damper.engine.impact import law_at
+from damper.engine.impact import law_at, restitution_at
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -31,10 +32,10 @@ from damper.engine.oscillator import (
     motion_from,
 )
 from damper.engine.search import GAVE_UP, HORIZON, ROUNDOFF, EventPoint, first_root, point_at
-from damper.engine.segment import RELEASE, Segment
+from damper.engine.segment import RELEASE, SLIP, Segment
 
-#: Outcomes of a flight or sticking, as those of a search.
-NO_EVENT, EVENT = 0.0, 1.0
+#: Outcomes of a flight or sticking, as those of a search; STOPS: the relative velocity vanishes.
+NO_EVENT, EVENT, STOPS = 0.0, 1.0, 3.0
 #: Roundoffs of an acceleration, up to which one at a release vanishes although the force may jump.
 VANISHES = 64.0
 
@@ -44,7 +45,7 @@ class End(NamedTuple):
 
     duration: float
     outcome: float
-    """EVENT, an impact or a release; NO_EVENT where it only is cut; or GAVE_UP."""
+    """EVENT, an impact or a release; STOPS; NO_EVENT where it only is cut; or GAVE_UP."""
     wall: float
     """Of the impact."""
     x: float
@@ -64,8 +65,36 @@ class Both(NamedTuple):
 
 
 @by_class
-def begin_flight(mass: Any, model: Any, segment: Segment) -> Any:
-    """What a flight follows from: the primary's `Motion`, or `Both` where the free mass has one."""
+def begin_flight(mass: Any, model: Any, segment: Segment, shift: float) -> Any:
+    """What a flight follows from: the primary's `Motion`, or `Both` where the free mass has one.
+
+    The primary swings about the displacement `shift`, where friction deflects it.
+    """
+
+
+@by_class_or_default
+def course_of(start: Any, model: Any) -> tuple[Any, float]:
+    """The free mass as a body in a flight, and the displacement `shift` of `begin_flight`."""
+    return model.mass, 0.0
+
+
+@by_class
+def rest_shift(mass: Any, mass_ratio: float, offset: float) -> float:
+    """How far a support pulls both masses, joined, from where they would rest without it.
+
+    `offset` is the free mass's displacement less the primary's; positive where it pulls left.
+    """
+
+
+@rest_shift.of(Ballistic)
+def _no_shift(mass, mass_ratio, offset):
+    return 0.0
+
+
+@rest_shift.of(Oscillator)
+def _shift_by_support(mass, mass_ratio, offset):
+    stiffness = mass_ratio * mass.stiffness
+    return stiffness / (1.0 + stiffness) * offset
 
 
 @by_class
@@ -82,24 +111,24 @@ def relative_rates(start: Any, model: Any) -> tuple[float, float, float, float]:
 
 
 @begin_flight.of(Ballistic)
-def _begin_ballistic(mass, model, segment):
+def _begin_ballistic(mass, model, segment, shift):
     s = segment
     phase = phase_at(model.free.forcing, s.periods, s.time)
-    start = motion_from(model.free, s.x, s.v, phase)
-    if s.cause == RELEASE and _is_smooth(model.free, start, mass.acceleration):
-        return motion_at_release(model.free, s.x, s.v, mass.acceleration, phase)
+    start = motion_from(model.free, s.x - shift, s.v, phase)
+    if s.cause in (RELEASE, SLIP) and _is_smooth(model.free, start, mass.acceleration):
+        return motion_at_release(model.free, s.x - shift, s.v, mass.acceleration, phase)
     return start
 
 
 @begin_flight.of(Oscillator)
-def _begin_both(mass, model, segment):
+def _begin_both(mass, model, segment, shift):
     s = segment
     phase = phase_at(model.free.forcing, s.periods, s.time)
     y = s.x + s.side * (model.clearance - s.gap)
     u = s.v - s.side * s.gap_rate
-    primary = motion_from(model.free, s.x, s.v, phase)
+    primary = motion_from(model.free, s.x - shift, s.v, phase)
     other = motion_from(mass, y, u, phase)
-    if s.cause == RELEASE and _is_smooth(model.free, primary, other.a):
+    if s.cause in (RELEASE, SLIP) and _is_smooth(model.free, primary, other.a):
         # The contact force is zero: both masses have the same acceleration, exactly.
         other = motion_at_release(mass, y, u, primary.a, phase)
     return Both(primary, other, phase)
@@ -173,12 +202,12 @@ def _rates_of_both(start, model):
 @compiled
 def begin(model: Any, segment: Segment) -> Any:
     """What the motion in a segment follows from; see `damper.engine.model.begin`."""
-    return begin_flight(model.mass, model, segment)
+    return begin_flight(model.mass, model, segment, 0.0)
 
 
-@compiled
-def fly(model: Any, segment: Segment, start: Any) -> End:
-    """The next impact of a flight; gap and rate at the segment's wall."""
+@by_class_or_default
+def fly(start: Any, model: Any, segment: Segment) -> End:
+    """The next impact of a flight, by what it follows from; gap and rate at the segment's wall."""
     s = segment
     moving = gap_of(start, model, s, 1.0)
     point = start_point(moving)
@@ -242,11 +271,80 @@ def completes(model: Any, mass_ratio: float, segment: Segment, start: Any) -> tu
     return left, error
 
 
+class Bounce(NamedTuple):
+    """The bounces of a complete chatter sequence, to first order in their speed."""
+
+    out: float
+    """Relative acceleration towards the wall on the way out, friction with it."""
+    back: float
+    """On the way back, friction against it; not positive where they do not reach the wall."""
+    shrinks: float
+    """Speed of a rebound over that of the one before."""
+
+
 @compiled
-def flight(model: Any, segment: Segment, tau: float) -> tuple[float, float, float, float]:
-    """State a time `tau` after the start of a flight, as `damper.engine.model.motion`."""
-    x, v, gap, gap_rate = unclipped(model, segment, begin(model, segment), tau)
-    return x, v, min(max(gap, 0.0), 2.0 * model.clearance), gap_rate
+def bounce_from(start: Any, flight: Any, segment: Segment, friction: float) -> Bounce:
+    """How a free mass bounces that slides away from a wall, in the flight that begins there."""
+    a, _, _, _ = relative_rates(start, flight)
+    out = -segment.side * a
+    back = out - 2.0 * (1.0 + flight.mass_ratio) * friction
+    shrinks = 0.0
+    if back > 0.0:
+        law = law_at(flight.law, segment.side)
+        shrinks = restitution_at(law, 0.0) * math.sqrt(back / out)
+    return Bounce(out, back, shrinks)
+
+
+@compiled
+def completes_rubbing(
+    start: Any, flight: Any, segment: Segment, friction: float
+) -> tuple[float, float]:
+    """Time to the completion point after an impact, to first order, and its error.
+
+    The arguments are those of `bounce_from`. An infinite error says that the sequence need not
+    complete from here. docs/models.md.
+    """
+    out, back, q = bounce_from(start, flight, segment, friction)
+    if not (back > 0.0 and q < 1.0):
+        return 0.0, math.inf
+    w = segment.gap_rate
+    left = w * (1.0 / out + 1.0 / math.sqrt(out * back)) / (1.0 - q)
+    # By how much the pressing acceleration changes meanwhile: with the force and the springs, and
+    # with what impacts and friction do to the primary's velocity.
+    _, jerk, _, snap = relative_rates(start, flight)
+    mu = flight.mass_ratio
+    drag = 2.0 * (flight.free.damping * mu + flight.mass.damping)
+    jerk = abs(jerk) + 2.0 * drag * friction
+    change = (jerk + left * snap) * left + 2.0 * drag / (1.0 + mu) * w
+    if not change < 0.25 * back:
+        return 0.0, math.inf
+    # A bounce's time and speed change by that over `back`; each one's speed depends on all before.
+    drift = change / back * (1.0 + (out - back) / (out * (1.0 - q)))
+    law = law_at(flight.law, segment.side)
+    falls = abs(restitution_at(law, w) - restitution_at(law, 0.0))
+    error = left * (drift + falls / (1.0 - q))
+    if left > horizon(flight.free.forcing, start.phase):
+        return 0.0, math.inf
+    return left, error
+
+
+@compiled
+def bounce_at(bounce: Bounce, duration: float, gap_rate: float, tau: float) -> tuple[float, float]:
+    """Gap and gap rate in the closed rest of a sequence: its bounces are self-similar."""
+    if bounce.out == bounce.back:
+        return frictionless_bounce_at(bounce.shrinks, duration, gap_rate, tau)
+    left = 1.0 - tau / duration if duration > 0.0 else 0.0
+    if bounce.shrinks == 0.0 or left <= 0.0:
+        return 0.0, 0.0
+    count = math.floor(math.log(left) / math.log(bounce.shrinks))
+    shrink = math.exp(count * math.log(bounce.shrinks))
+    speed = gap_rate * shrink
+    now = (1.0 - left / shrink) * duration * shrink
+    turn = speed / bounce.out
+    if now <= turn:
+        return max(now, 0.0) * (speed - 0.5 * bounce.out * max(now, 0.0)), speed - bounce.out * now
+    height, fallen = 0.5 * speed * turn, now - turn
+    return max(height - 0.5 * bounce.back * fallen * fallen, 0.0), -bounce.back * fallen
 
 
 @compiled

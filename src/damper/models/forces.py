@@ -42,11 +42,16 @@ def weighed(
     return oscillator(damping, stiffness, 1.0, WeighedForce(forcing, strength, weight))
 
 
-def free_mass_of(drive: Drive, gravity: float) -> Ballistic | Oscillator:
-    """The free mass in flight that nothing but force and gravity act on."""
+def free_mass_of(parameters: Parameters, drive: Drive) -> Ballistic | Oscillator:
+    """The free mass in flight: what force, gravity and support do to it."""
+    p, strength = parameters, drive.share * drive.amplitude
+    damping, stiffness = p.support_damping_ratio / p.mass_ratio, p.support_stiffness_ratio / p.mass_ratio
+    if damping or stiffness:
+        # Without a spring the support is its dashpot alone; an oscillator needs some stiffness.
+        return weighed(damping, stiffness or 1e-100, strength, drive.forcing, -p.gravity)
     if drive.share:
-        return weighed(0.0, 0.0, drive.share * drive.amplitude, drive.forcing, -gravity)
-    return Ballistic(0.0 - gravity)  # no gravity is no negative zero
+        return weighed(0.0, 0.0, strength, drive.forcing, -p.gravity)
+    return Ballistic(0.0 - p.gravity)  # no gravity is no negative zero
 
 
 def drive_of(parameters: Parameters) -> Drive:

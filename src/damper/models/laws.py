@@ -124,7 +124,8 @@ def rigid_contact_force(
     phase = phase_in(model.free.forcing, s, tau)
     heavier = 1.0 + mass_ratio_at(model, s.periods, s.time + tau)
     a = acceleration_of(model.free, at.x, at.v, phase)
-    b = acceleration_of(model.mass, at.x + s.side * model.clearance, at.v, phase)
+    y = at.x + s.side * (model.clearance - s.gap)
+    b = acceleration_of(model.mass, y, at.v, phase)
     return -s.side * (a - b) / heavier, force_size(model.mass, model, s, tau, at) / heavier
 
 

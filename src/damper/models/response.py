@@ -37,15 +37,16 @@ from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import HORIZON, common, force_rates, phase_at, rate_of
 from damper.engine.forcing.weighed import WeighedForce
 from damper.engine.impact import law_at, restitution_at
-from damper.engine.model import mass_ratio_at, motion
+from damper.engine.model import begin, mass_ratio_at, motion
 from damper.engine.oscillator import OVERDAMPED, Motion, Oscillator, increments, motion_from
 from damper.engine.peak import Moment, bounds_of, highest, moment_at
 from damper.engine.quadrature import FEWEST, LONGEST_REACH, NODES, WEIGHTS, nodes_for
 from damper.engine.roundoff import EPSILON
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment, centre_velocity
-from damper.models.friction import Bounce
-from damper.models.friction import bounce_at as bounce_of_tail
-from damper.parameters.models import name_of
+from damper.models.flights import Bounce, course_of, rest_shift
+from damper.models.flights import bounce_at as bounce_of_tail
+from damper.models.walls import bounce_of
+from damper.parameters.models import models_of, room_of
 
 
 class ResponseIntegrals(NamedTuple):
@@ -60,7 +61,9 @@ class ResponseIntegrals(NamedTuple):
     loss: float
     """Energy lost in contact after the impact itself."""
     support: float
-    """Energy lost in a support of the free mass, or in its dry friction."""
+    """Energy lost in a support of the free mass."""
+    friction: float
+    """Energy lost in dry friction of the free mass."""
     modulation: float
     """Energy that a time-varying free mass gains by its variation."""
     peak: float
@@ -69,7 +72,7 @@ class ResponseIntegrals(NamedTuple):
 
 def prepare_tables(model: Any) -> tuple:
     """Load a model's module `response`, and return what it works out once for a run."""
-    module = import_module(f"damper.models.{name_of(model)}.response")
+    module = import_module(f"damper.models.{room_of(models_of(model)[0])}.response")
     prepare = getattr(module, "prepare", lambda model: ())
     return prepare(model)  # type: ignore[no-any-return]
 
@@ -311,7 +314,7 @@ def oscillation(moving: Any, low: float, high: float, peak: float) -> ResponseIn
         peak = sums.peak
         tau = end
         if not tau < high:
-            return ResponseIntegrals(square, speed_square, work, 0.0, 0.0, own, peak)
+            return ResponseIntegrals(square, speed_square, work, 0.0, 0.0, 0.0, own, peak)
 
 
 @compiled
@@ -319,20 +322,31 @@ def primary_in_flight(
     model: Any, segment: Segment, low: float, high: float, peak: float
 ) -> ResponseIntegrals:
     """What the primary's motion adds on [low, high] of a flight."""
-    s = segment
-    free = model.free
-    phase = phase_at(free.forcing, s.periods, s.time)
-    moving = ShiftedOscillator(free, motion_from(free, s.x, s.v, phase), 0.0)
-    found = oscillation(moving, low, high, peak)
-    work = free.strength * found.work
-    return ResponseIntegrals(found.square, found.speed_square, work, 0.0, 0.0, 0.0, found.peak)
+    found = oscillation(primary_or_centre(model, segment), low, high, peak)
+    square, speed_square, work = found.square, found.speed_square, model.free.strength * found.work
+    return ResponseIntegrals(square, speed_square, work, 0.0, 0.0, 0.0, 0.0, found.peak)
+
+
+@compiled
+def primary_or_centre(model: Any, segment: Segment) -> ShiftedOscillator:
+    """Motion of the primary in a segment; in contact that of both masses' centre."""
+    s, osc, v = segment, model.free, segment.v
+    if s.mode == FLIGHT:
+        _, deflected = course_of(begin(model, s), model)
+        shift = -deflected
+    else:
+        offset = s.side * (model.clearance - s.gap)
+        shift = rest_shift(model.mass, model.mass_ratio, offset)
+        osc, v = model.stuck, centre_velocity(s, model.mass_ratio)
+    phase = phase_at(osc.forcing, s.periods, s.time)
+    return ShiftedOscillator(osc, motion_from(osc, s.x + shift, v, phase), shift)
 
 
 @compiled
 def mass_in_flight(model: Any, segment: Segment) -> ShiftedOscillator:
     """The free mass in flight, where it is an oscillator."""
     s = segment
-    mass = model.mass
+    mass, _ = course_of(begin(model, s), model)
     y = s.x + s.side * (model.clearance - s.gap)
     phase = phase_at(mass.forcing, s.periods, s.time)
     return ShiftedOscillator(mass, motion_from(mass, y, s.v - s.side * s.gap_rate, phase), 0.0)
@@ -366,9 +380,15 @@ def integrate_flight(
     on_mass = work_in_flight(model.mass, model, segment, low, high)
     stiffness = model.mass_ratio * model.mass.stiffness
     damping = model.mass_ratio * model.mass.damping
-    support = 0.0
+    # Friction on the primary, constant in a flight.
+    _, push = course_of(begin(model, segment), model)
+    support, friction = 0.0, 0.0
+    if push != 0.0:
+        _, _, before, _ = motion(model, segment, low)
+        _, _, after, _ = motion(model, segment, high)
+        friction = abs(push) * abs(after - before)
     if damping > 0.0:
-        # What free mass and spring lose of what they have and of what the force gives them.
+        # What free mass and spring lose of what they have and of what the forces give them.
         support = on_mass
         for k in range(2):
             x, v, gap, rate = motion(model, segment, high if k == 1 else low)
@@ -378,9 +398,17 @@ def integrate_flight(
             energy = with_height(
                 model.stuck.forcing, model, energy, model.mass_ratio, segment, (x, v, gap, rate)
             )
+            energy += push * y
             support += energy if k == 0 else -energy
     return ResponseIntegrals(
-        found.square, found.speed_square, found.work + on_mass, 0.0, support, 0.0, found.peak
+        found.square,
+        found.speed_square,
+        found.work + on_mass,
+        0.0,
+        support,
+        friction,
+        0.0,
+        found.peak,
     )
 
 
@@ -394,26 +422,26 @@ def _integrate_between_rigid_walls(model, tables, segment, low, high, peak):
 @compiled
 def _integrate_contact(model, s, low, high, peak):
     """What both masses' centre adds, about its place of rest, and what bounces do about it."""
-    stuck = model.stuck
     mass_ratio = model.mass_ratio
-    stiffness = mass_ratio * model.mass.stiffness
     damping = mass_ratio * model.mass.damping
-    shift = stiffness / (1.0 + stiffness) * s.side * model.clearance
-    phase = phase_at(stuck.forcing, s.periods, s.time)
-    start = motion_from(stuck, s.x + shift, centre_velocity(s, mass_ratio), phase)
-    in_tail = s.mode == TAIL
-    moving = ShiftedOscillator(stuck, start, shift)
-    found = oscillation(moving, low, high, math.inf if in_tail else peak)
+    bounce = bounce_of(begin(model, s), model, s)
+    in_tail = s.mode == TAIL and s.gap_rate > 0.0
+    smooth = in_tail and bounce.out == bounce.back
+    moving = primary_or_centre(model, s)
+    found = oscillation(moving, low, high, math.inf if smooth else peak)
     support = 0.0
     if damping > 0.0:
         support = 2.0 * damping * _mass_speed_square(model, s, low, high, found.speed_square)
     push = model.free.strength + mass_ratio * strength_on(model.mass)
     found = ResponseIntegrals(
-        found.square, found.speed_square, push * found.work, 0.0, support, 0.0, found.peak
+        found.square, found.speed_square, push * found.work, 0.0, support, 0.0, 0.0, found.peak
     )
-    if in_tail:
-        found = with_bounces(found, tail_of(model, mass_ratio, s, start, shift), low, high, peak)
-    return found
+    if not in_tail:
+        return found
+    tail = tail_of(model, mass_ratio, s, moving.start, moving.shift)
+    if smooth:
+        return with_bounces(found, tail, low, high, peak)
+    return with_rubbing_bounces(model, s, found, tail, bounce, low, high)
 
 
 @compiled
@@ -487,7 +515,14 @@ def with_bounces(
             speed_square += 2.0 * (tail.start.v + tau * tail.start.a) * carried
         peak = _tail_peak(tail, low, high, peak)
     return ResponseIntegrals(
-        centre.square, speed_square, work, loss, centre.support, centre.modulation, peak
+        centre.square,
+        speed_square,
+        work,
+        loss,
+        centre.support,
+        centre.friction,
+        centre.modulation,
+        peak,
     )
 
 
@@ -529,6 +564,7 @@ def with_rubbing_bounces(
         speed_square,
         work,
         (1.0 - rubbed) * lost,
+        centre.support,
         rubbed * lost,
         0.0,
         max(centre.peak, abs(x)),

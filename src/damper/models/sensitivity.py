@@ -19,10 +19,11 @@ from damper.engine.bodies import body_at
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class_or_default
 from damper.engine.forcing import phase_at
-from damper.engine.model import mass_ratio_at, motion
+from damper.engine.model import begin, mass_ratio_at, motion
 from damper.engine.oscillator import increments, motion_from
 from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity, segment_at
 from damper.models import model_of
+from damper.models.flights import course_of
 from damper.models.tangent import enter, joins, over_time, velocities_after
 from damper.parameters import Parameters
 from damper.parameters.named import value_of, with_values
@@ -58,7 +59,7 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
             f"no derivative by frequency_ratio under a {parameters.forcing.kind}: the force does "
             "not repeat, so there is no same phase of it"
         )
-    room = _room_along(parameters, rates)
+    rubs = along_friction(rates)
     own = {name: value_of(parameters, name) for name in rates}
     step = min(
         (max(_STEP * abs(own[name]), _LEAST) / abs(rates[name]) for name in rates if rates[name]),
@@ -69,7 +70,7 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
             models = [
                 model_of(
                     with_values(parameters, {n: own[n] + k * step * rates[n] for n in rates}),
-                    model=room,
+                    along_friction=rubs,
                 )
                 for k in steps
             ]
@@ -90,12 +91,12 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
 
 def model_along(parameters: Parameters, names: Collection[str]) -> Any:
     """Model of a damper along these parameters: along friction with its events, also from none."""
-    return model_of(parameters, model=_room_along(parameters, names))
+    return model_of(parameters, along_friction=along_friction(names))
 
 
-def _room_along(parameters, names):
-    rubs = any(name.startswith("friction") for name in names)
-    return "sliding" if rubs and parameters.model in ("rigid", "several") else parameters.model
+def along_friction(names: Collection[str]) -> bool:
+    """Whether any of these parameters is friction, of a mass or of all."""
+    return any(name.startswith("friction") for name in names)
 
 
 @singledispatch
@@ -152,18 +153,18 @@ def _lead(model, s, y, v, struck, slower):
         v, u = velocities_after(model, s, s.time * slower)
         return 0.0, v, 0.0, u
     if s.mode == FLIGHT:
-        return flown(model, s, y, slower)
+        return _flight(model, s, y, slower)
     return _contact(model, s, v, slower)
 
 
-@by_class_or_default
-def flown(model: Any, s: Segment, y: float, slower: float) -> tuple[float, float, float, float]:
-    """What a flight adds, in a model beside: to x, v, y and u, but for what is the same in all."""
+@compiled
+def _flight(model, s, y, slower):
     tau = s.duration * slower
+    mass, shift = course_of(begin(model, s), model)
     phase = phase_at(model.free.forcing, s.periods, s.time * slower)
-    dx, dv, _ = increments(model.free, motion_from(model.free, s.x, s.v, phase), tau)
+    dx, dv, _ = increments(model.free, motion_from(model.free, s.x - shift, s.v, phase), tau)
     u = s.v - s.side * s.gap_rate
-    dy, later = body_at(model.mass, y, u, phase, tau)
+    dy, later = body_at(mass, y, u, phase, tau)
     return s.v * tau + dx, dv, dy, later - u
 
 

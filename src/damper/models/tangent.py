@@ -16,6 +16,7 @@ if that throws the masses apart: no deviation moves the time of a jump. Derivati
 Compliant walls have functions of their own (`damper.models.compliant.tangent`).
 """
 
+import math
 from functools import singledispatch
 from typing import Any, NamedTuple
 
@@ -27,7 +28,17 @@ from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import force_rates, phase_at
 from damper.engine.impact import impact, law_at, rebound_slope, restitution_at
 from damper.engine.model import count_masses, mass_ratio_at, read_segment
-from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment
+from damper.engine.segment import (
+    FLIGHT,
+    IMPACT,
+    REST,
+    RESTING,
+    REVERSAL,
+    STICK,
+    TAIL,
+    Segment,
+)
+from damper.models.flights import rest_shift
 
 #: Part of a deviation, and of what it moves an event by, that is roundoff.
 TOGETHER = 1e-9
@@ -62,6 +73,12 @@ def friction_in(model: Any) -> float:
 def no_friction(model: Any) -> float:
     """As `friction_in`, of a box without friction."""
     return 0.0
+
+
+@by_class_or_default
+def turned(model: Any, s: Segment) -> float:
+    """Relative acceleration after a slide's end, over that before it."""
+    return 1.0
 
 
 @by_class
@@ -103,6 +120,8 @@ def _damping_in(model, s):
 @compiled
 def shrunk_by_impact(model: Any, s: Segment) -> float:
     """As `shrunk_by`, of rigid walls."""
+    if s.cause == REVERSAL:
+        return turned(model, s)
     return rebound_slope(law_at(model.law, s.side), s.speed) * s.gap_rate / s.speed
 
 
@@ -119,13 +138,34 @@ def _velocities_after(model, s, time):
 
 @compiled
 def _joins(model, s):
-    return s.mode != FLIGHT
+    return s.mode not in (FLIGHT, RESTING)
 
 
 @compiled
 def _over_event(model, s, deviations):
     if s.cause == IMPACT:
         strike(model, s, deviations)
+    elif s.cause in (REST, REVERSAL):
+        slow_down(model, turned(model, s), deviations)
+    elif s.cause == STICK and (deviations[1] != deviations[3]).any():
+        # A slide that stops at the very wall: a mass beside it hits, or stops ahead of it; unless
+        # the slide is the last of a sequence, for that ends there in any case.
+        for k in range(deviations.shape[1]):
+            x, y = deviations[0, k], deviations[2, k]
+            if abs(x - y) > TOGETHER * (abs(x) + abs(y)):
+                deviations[:] = math.nan
+        join(model.mass_ratio, deviations)
+
+
+@compiled
+def slow_down(model: Any, part: float, deviations: np.ndarray) -> None:
+    """Leave a part of the relative velocities."""
+    mu = model.mass_ratio
+    for k in range(deviations.shape[1]):
+        v, u = deviations[1, k], deviations[3, k]
+        lost = (1.0 - part) * (u - v) / (1.0 + mu)
+        deviations[1, k] = v + mu * lost
+        deviations[3, k] = deviations[1, k] if part == 0.0 else u - lost
 
 
 @compiled
@@ -134,8 +174,13 @@ def stay_joined(model: Any, s: Segment, low: float, tau: float, deviations: np.n
     flow = contact_flow(model, s.periods, s.time + low, tau)
     for k in range(deviations.shape[1]):
         x, v = deviations[0, k], deviations[1, k]
-        deviations[0, k] = deviations[2, k] = flow.xx * x + flow.xv * v
-        deviations[1, k] = deviations[3, k] = flow.vx * x + flow.vv * v
+        apart, shift = 0.0, 0.0
+        if s.mode == RESTING:
+            apart = deviations[2, k] - x
+            shift = rest_shift(model.mass, model.mass_ratio, apart)
+        deviations[0, k] = flow.xx * (x + shift) + flow.xv * v - shift
+        deviations[1, k] = deviations[3, k] = flow.vx * (x + shift) + flow.vv * v
+        deviations[2, k] = deviations[0, k] + apart
 
 
 @compiled
@@ -248,6 +293,8 @@ def enter(model: Any, s: Any, deviations: np.ndarray, happened: bool) -> None:
     """Take deviations over what begins a segment, or only into its contact if that was before."""
     if happened:
         over_event(model, s, deviations)
+    elif s.mode == RESTING:
+        slow_down(model, 0.0, deviations)
     elif joins(model, s):
         join(mass_ratio_at(model, s.periods, s.time), deviations)
 
@@ -255,6 +302,8 @@ def enter(model: Any, s: Any, deviations: np.ndarray, happened: bool) -> None:
 @by_class_or_default
 def lost_in(model: Any, s: Any, own: np.ndarray) -> float:
     """How many directions vanish in a segment, of masses that have (1) or follow (0) their own."""
+    if s.mode == RESTING:
+        return 1.0
     return 2.0 if joins(model, s) else 0.0
 
 

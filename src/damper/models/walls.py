@@ -1,16 +1,17 @@
 """Rigid walls: what follows which segment, for all models that have them.
 
 A flight ends at an impact; an impact begins a flight, or the closed rest of a complete chatter
-sequence (a TAIL); that ends in sticking, and sticking in a release. What differs from model to
-model are the motions, declared below.
+sequence (a TAIL); that ends in sticking, and sticking in a release. Under dry friction a flight
+also ends where the relative velocity vanishes: the free mass rests there, or slides on. The motions
+are those of each model, declared below.
 """
 
+import math
 from typing import Any
 
 from damper.engine import model as declared
 from damper.engine.compiled import compiled
-from damper.engine.completion import bounce_at
-from damper.engine.dispatch import by_class
+from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.impact import impact, law_at, restitution_at
 from damper.engine.model import Step, begin, mass_ratio_at
 from damper.engine.search import GAVE_UP, ROUNDOFF
@@ -19,6 +20,8 @@ from damper.engine.segment import (
     IMPACT,
     NOTHING,
     RELEASE,
+    REVERSAL,
+    SLIP,
     STICK,
     STICKING,
     TAIL,
@@ -27,13 +30,34 @@ from damper.engine.segment import (
     first_speed_of,
     segment_after,
 )
-from damper.models.flights import EVENT, End, flight, fly, stays
-from damper.models.flights import begin as begin_flight
+from damper.models import flights
+from damper.models.flights import EVENT, STOPS, Bounce, End, bounce_at, fly, unclipped
 
 
 @by_class
 def stick(model: Any, segment: Segment) -> End:
-    """The end of sticking; `side` is 0 where there is no clearance: then there is no release."""
+    """The end of sticking, or of a rest; no release without a clearance, where `side` is 0."""
+
+
+@by_class_or_default
+def stays(start: Any, model: Any, segment: Segment) -> bool:
+    """Whether a free mass on a wall, with no relative velocity, stays there.
+
+    The flight that would begin follows from `start`.
+    """
+    return flights.stays(model, segment, start)
+
+
+@by_class_or_default
+def rest_or_slide(start: Any, model: Any, segment: Segment) -> Segment:
+    """The segment that begins without a relative velocity, where dry friction may hold it."""
+    return segment
+
+
+@by_class_or_default
+def bounce_of(start: Any, model: Any, segment: Segment) -> Bounce:
+    """How a free mass bounces in a tail: without friction as fast back as out."""
+    return Bounce(1.0, 1.0, restitution_at(law_at(model.law, segment.side), 0.0))
 
 
 @by_class
@@ -49,7 +73,7 @@ def centre(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
 def have_rigid_walls(kind: type) -> None:
     """Let a model answer as one with rigid walls; what it implements itself afterwards replaces."""
     declared.initial_segment.of(kind)(initial_segment_of)
-    declared.begin.of(kind)(begin_flight)
+    declared.begin.of(kind)(flights.begin)
     declared.following.of(kind)(_following)
     declared.motion.of(kind)(_motion)
     declared.speeds_in_tail.of(kind)(_speeds_in_tail)
@@ -57,22 +81,27 @@ def have_rigid_walls(kind: type) -> None:
 
 @compiled
 def _speeds_in_tail(model, segment):
-    return segment.gap_rate, restitution_at(law_at(model.law, segment.side), 0.0)
+    bounce = bounce_of(begin(model, segment), model, segment)
+    if bounce.shrinks == 0.0:  # friction alone may hold it
+        return 0.0, 0.0
+    return segment.gap_rate * math.sqrt(bounce.back / bounce.out), bounce.shrinks
 
 
 @compiled
 def _following(model: Any, segment: Segment, start: Any) -> Step:
     s = segment
     if s.mode == FLIGHT:
-        end = fly(model, s, start)
+        end = fly(start, model, s)
         if end.outcome == EVENT:
             return _over_impact(model, s, end)
+        if end.outcome == STOPS:
+            return _over_stop(model, s, start, end)
         return go_on(model, s, end, FLIGHT, NOTHING)
-    if s.mode == STICKING:
+    if s.mode != TAIL:
         end = stick(model, s)
         if end.outcome == EVENT:
-            return go_on(model, s, end, FLIGHT, RELEASE)
-        return go_on(model, s, end, STICKING, NOTHING)
+            return go_on(model, s, end, FLIGHT, RELEASE if s.mode == STICKING else SLIP)
+        return go_on(model, s, end, s.mode, NOTHING)
     x, v = centre(model, s, s.completion)
     end = End(s.completion, EVENT, s.side, x, v, 0.0, 0.0, 1)
     return go_on(model, s, end, STICKING, STICK)
@@ -91,9 +120,13 @@ def go_on(model: Any, s: Segment, end: End, mode: float, cause: float) -> Step:
 def _motion(model, segment, tau):
     s = segment
     if s.mode == FLIGHT:
-        return flight(model, s, tau)
+        x, v, gap, rate = unclipped(model, s, begin(model, s), tau)
+        return x, v, min(max(gap, 0.0), 2.0 * model.clearance), rate
     x, v = centre(model, s, tau)
-    gap, rate = bounce_in(model, s, tau)
+    if s.mode != TAIL or s.gap_rate == 0.0:
+        return x, v, s.gap, 0.0
+    bounce = bounce_of(begin(model, s), model, s)
+    gap, rate = bounce_at(bounce, s.completion, s.gap_rate, tau)
     # The centre follows the sticking flow; the bounces go on about it.
     mass_ratio = mass_ratio_at(model, s.periods, s.time + tau)
     share = s.side * mass_ratio / (1.0 + mass_ratio)
@@ -101,12 +134,12 @@ def _motion(model, segment, tau):
 
 
 @compiled
-def bounce_in(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
-    """Gap and gap rate in contact: those of the bounces in a tail, else zero."""
-    if segment.mode != TAIL or segment.gap_rate == 0.0:
-        return 0.0, 0.0
-    restitution = restitution_at(law_at(model.law, segment.side), 0.0)
-    return bounce_at(restitution, segment.completion, segment.gap_rate, tau)
+def _over_stop(model, s, start, end):
+    """Step over the end of a slide."""
+    tau, x, v = end.duration, end.x, end.v
+    new = segment_after(s, model.cycle, tau, x, v, end.gap, 0.0, s.side, FLIGHT, REVERSAL, 0.0)
+    new = rest_or_slide(start, model, new)
+    return Step(tau, True, False, end.steps, new, begin(model, new))
 
 
 @compiled
@@ -123,7 +156,7 @@ def _over_impact(model, s, end):
     new = after_impact(periods, time, end, v, rate, speed, first_speed, FLIGHT, 0.0)
     start = begin(model, new)
     if rate == 0.0:
-        if stays(model, new, start):
+        if stays(start, model, new):
             new = after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, 0.0)
     else:
         left, error = time_to_completion(model, new, start)
@@ -201,7 +234,10 @@ def initial_segment_of(
             here = Segment(
                 periods, time, x, v, 0.0, 0.0, side, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0
             )
-            if stays(model, here, begin(model, here)):
+            if stays(begin(model, here), model, here):
                 mode = STICKING
                 cause = STICK
-    return Segment(periods, time, x, v, gap, rate, side, mode, cause, 0.0, v, 0.0, 0.0, 0.0)
+    new = Segment(periods, time, x, v, gap, rate, side, mode, cause, 0.0, v, 0.0, 0.0, 0.0)
+    if rate == 0.0 and mode == FLIGHT:
+        return rest_or_slide(begin(model, new), model, new)
+    return new

@@ -46,7 +46,7 @@ from damper.models.laws import (
 from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
 from damper.observers.common.base import Observer, Window, fields_of, record_type
 from damper.observers.common.laws import LAW_NAMES, LAW_VARIABLES, SEGMENTS
-from damper.parameters.models import MODELS, name_of
+from damper.parameters.models import MODELS, models_of, room_of
 
 #: Largest violation of each law in a run, what the energy balance needs, and how many segments.
 _FOUND = record_type(
@@ -72,7 +72,8 @@ class Laws(Observer):
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
         super().begin(run, trajectory, window)
-        import_module(f"damper.models.{name_of(self._model)}.laws")
+        room = room_of(models_of(self._model)[0])
+        import_module(f"damper.models.{room}.laws")
         self._tables = prepare_tables(self._model)
         self._found = np.zeros(1, _FOUND)
         for name in ("touch", "momentum", "restitution_law", "tensile_force"):
@@ -164,7 +165,8 @@ def _add_energies(model, tables, s, is_last, found):
             speed = mass_speed(model.mass, model.clearance, abs(s.x), abs(s.v), s.duration)
             way = s.duration * (abs(s.v) + abs(s.gap_rate) + speed)
         found.input_size += mass_ratio * on_mass * way
-    found.lost += 2.0 * model.free.damping * part.speed_square + part.support + part.loss
+    lost = part.loss + part.support + part.friction
+    found.lost += 2.0 * model.free.damping * part.speed_square + lost
     # The loss of an impact at the start of the first segment belongs to the time before the window.
     if s.cause == IMPACT and found.segments > 0.0:
         found.lost += impact_loss(model, s)

@@ -29,7 +29,7 @@ from damper.observers.common.base import (
 )
 from damper.observers.common.settings import Setting
 from damper.parameters.forcing import Base
-from damper.parameters.models import MODELS, models_of
+from damper.parameters.models import MODELS
 from damper.parameters.variables import ACCELERATION, ENERGY, LENGTH, SPRING_FORCE, Variable
 from damper.theory.steady import steady_amplitude
 
@@ -41,6 +41,7 @@ TOTALS = record_type(
     "work",
     "loss",
     "support",
+    "friction",
     "modulation",
     "peak",
     "begun",
@@ -117,7 +118,7 @@ class Response(Observer):
         False,
         "Write the largest force in spring and dashpot, and the largest acceleration of the "
         "primary, as well.",
-        models=("rigid", "grounded", "several"),
+        models=("rigid", "grounded", "sliding", "several"),
     )
     without_damper = Setting(
         False,
@@ -248,10 +249,7 @@ class Response(Observer):
 
 def lost_between_impacts(model: Any, total: Any) -> tuple[float, float]:
     """Energy lost in dashpots and in dry friction, by the fields of `TOTALS`."""
-    # The support's loss and the friction's loss share one number: no damper has both.
-    rubs = "sliding" in models_of(model)
-    support, friction = (0.0, total.support) if rubs else (total.support, 0.0)
-    return 2.0 * model.free.damping * total.speed_square + support, friction
+    return 2.0 * model.free.damping * total.speed_square + total.support, total.friction
 
 
 @compiled
@@ -294,6 +292,7 @@ def follow(model: Any, tables: tuple, log: np.ndarray, window: Window, totals: n
         total.work += part.work
         total.loss += lost + part.loss
         total.support += part.support
+        total.friction += part.friction
         total.modulation += part.modulation
         total.peak = part.peak
     for at_end in range(2):

@@ -162,7 +162,8 @@ def _integrate(model, tables, s, low, high, total):
     total.v2 += part.speed_square
     total.work += part.work
     total.impact_loss += own_share(model, s) * part.loss
-    total.loss += part.loss + part.support + 2.0 * model.free.damping * part.speed_square
+    lost = part.loss + part.support + part.friction
+    total.loss += lost + 2.0 * model.free.damping * part.speed_square
     if s.mode != FLIGHT:
         # In a tail the free mass is next to the wall, and moves as it does on average.
         _, _, gap, _ = motion(model, s, low)

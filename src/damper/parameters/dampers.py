@@ -41,9 +41,10 @@ class Parameters(Declared):
     """Dimensionless parameters of an impact damper.
 
     The quantities under Parameters make the damper with rigid walls and Newton's restitution. The
-    quantities under Other Parameters add to it, and choose at most one other model: a support that
-    ties the free mass to the frame, compliant contact, a time-varying free mass, dry friction
-    between free mass and box, or several free masses, with or without that friction.
+    quantities under Other Parameters add to it, and choose at most one other model: compliant
+    contact, a time-varying free mass, a support that ties the free mass to the frame, or several
+    free masses. Dry friction between free mass and box goes with rigid walls, with a support and
+    with several masses.
 
     Parameters
     ----------
@@ -296,7 +297,7 @@ class Parameters(Declared):
             self._check_each()
         else:
             # Known without a look at each option: a run asks for both.
-            self.__dict__.update(model="rigid", law="constant")
+            self.__dict__.update(model="rigid", features=("rigid",), law="constant")
 
     def _check_each(self) -> None:
         """Check what each of several masses comes to."""
@@ -331,10 +332,19 @@ class Parameters(Declared):
     @cached_property
     def model(self) -> str:
         """Which of `damper.models` these parameters ask for."""
+        return self.features[0]
+
+    @cached_property
+    def features(self) -> tuple[str, ...]:
+        """All of `damper.models` that these parameters ask for: walls, count, support, friction."""
+        asked = {*_asked(self.__dict__)} - {"grounded", "sliding"}
         if self.masses is not None:
-            return "several"
-        names = _asked(self.__dict__)
-        return "several" if "several" in names else next(iter(names), "rigid")
+            asked.add("several")
+        if any(one.support_stiffness_ratio or one.support_damping_ratio for one in self.each):
+            asked.add("grounded")
+        if self.rubs:
+            asked.add("sliding")
+        return tuple(name for name in _ORDER if name in asked) or ("rigid",)
 
     @cached_property
     def rubs(self) -> bool:
@@ -676,6 +686,10 @@ _CHOOSING = tuple(q for q in Parameters.quantities if q.model and q.chooses)
 _OF_LAWS = tuple(q for q in Parameters.quantities if q.law)
 
 
+#: Order of `Parameters.features`.
+_ORDER = ("compliant", "time_varying", "several", "grounded", "sliding")
+
+
 #: Quantities that every damper needs.
 BASIC = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
 
@@ -702,7 +716,7 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
         return called.get(name, name)
 
     asked = _asked(values)
-    if len(asked) > 1 and {*asked} != {"sliding", "several"}:
+    if len(asked) > 1 and {*asked} not in ({"sliding", "several"}, {"sliding", "grounded"}):
         words = (f"{', '.join(map(named, names))} ({model})" for model, names in asked.items())
         raise ValueError(f"{' and '.join(words)} ask for different models: give those of one")
     laws = _laws(values)

@@ -28,16 +28,22 @@ MODELS = {
 ONE_MASS = tuple(name for name in MODELS if name != "several")
 
 
-def name_of(damper: Any) -> str:
-    """Name of the model of dimensionless parameters, or of one of the engine, which is its room."""
-    room = type(damper).__module__.removeprefix("damper.models.").partition(".")[0]
-    return getattr(damper, "model", "") or room
+#: Models with one constant free mass between rigid walls: `damper.models.masses` has them all.
+_ONE_ROOM = ("rigid", "grounded", "sliding")
+
+
+def room_of(model: str) -> str:
+    """Folder of `damper.models` that has the code of a model."""
+    return "masses" if model in _ONE_ROOM else model
 
 
 def models_of(damper: Any) -> tuple[str, ...]:
-    """Names of all models that a damper is one of: several free masses may rub on their boxes."""
-    name = name_of(damper)
-    return (name, "sliding") if name == "several" and damper.rubs else (name,)
+    """Names of all models that a damper is one of: support, friction and several masses combine.
+
+    The damper is given by dimensionless parameters, or is a model of the engine.
+    """
+    room = type(damper).__module__.removeprefix("damper.models.").partition(".")[0]
+    return getattr(damper, "features", (room,))
 
 
 def unknown_model(what: str, model: str, known: Collection[str]) -> str:
@@ -46,7 +52,7 @@ def unknown_model(what: str, model: str, known: Collection[str]) -> str:
 
 
 def need_model(damper: Any, known: Collection[str], what: str) -> None:
-    """Raise ValueError where `what` does not know the model of a damper, as for `name_of`."""
+    """Raise ValueError where `what` does not know the model of a damper, as for `models_of`."""
     for model in models_of(damper):
         if model not in known:
             raise ValueError(unknown_model(what, model, known))

@@ -8,6 +8,7 @@ from typing import Any
 
 from damper.parameters import Parameters
 from damper.parameters.forcing import NoForce
+from damper.parameters.models import room_of
 from damper.study.estimate import estimate
 from damper.study.jobs import Job, shares
 from damper.study.model import Study
@@ -114,7 +115,7 @@ def _engine_part(p: Parameters) -> str:
 def simulation_modules(study: Study) -> tuple[str, ...]:
     """Modules of the model and the observers of a study: others do not concern its results."""
     # Points at a model's default, such as points without modulation, are rigid.
-    models = sorted({"damper.models.rigid", f"damper.models.{study.model}"})
+    models = sorted({"damper.models.masses", f"damper.models.{room_of(study.model)}"})
     energies = {"decay", "laws", "response", "statistics"} | (
         {"impacts"} if study.contents.asks("impacts", "largest") else set()
     )

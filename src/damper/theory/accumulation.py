@@ -23,7 +23,7 @@ from damper.engine.oscillator import advance, motion_from
 from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity
 from damper.models import model_of
 from damper.models.flights import begin, relative_rates
-from damper.models.rigid import Rigid
+from damper.models.masses import Rigid
 from damper.models.walls import time_to_completion
 from damper.parameters import Parameters
 from damper.parameters.dampers import BASIC, need_known

@@ -176,10 +176,12 @@ class Body(NamedTuple):
         return [-k * a - c * n * b for n, (a, b) in enumerate(pairwise(gap), 1)]
 
     def pull(self, side: int, x: Sequence[mpf], gap: Sequence[mpf], n: int) -> mpf:
-        """Taylor coefficient `n` of the support's force; an empty `gap` is none."""
+        """Taylor coefficient `n` of the support's force; a `gap` of one coefficient is constant."""
         y, u = x[n], (n + 1) * x[n + 1]
-        if gap:
-            y, u = y - side * gap[n], u - side * (n + 1) * gap[n + 1]
+        if n < len(gap):
+            y -= side * gap[n]
+        if n + 1 < len(gap):
+            u -= side * (n + 1) * gap[n + 1]
         if n == 0:
             y += side * self.clearance
         return -2 * self.damping * u - self.stiffness * y
@@ -532,19 +534,21 @@ class _Motion:
                 place = before[n]._replace(rate=mpf(0), way=way if masses[n].friction else 0)
                 mode = FLIGHT if way else STICKING if place.gap == 0 else RESTING
                 self.places[n] = place._replace(mode=mode, zeros=0)
-            a = 2 * self._series(3)[0][2] - carried
-            if all(self._allows(n, way, a) for n, way in zip(asked, ways, strict=True)):
+            x = self._series(3)[0]
+            a = 2 * x[2] - carried
+            if all(self._allows(n, way, a, x) for n, way in zip(asked, ways, strict=True)):
                 break
         for n in asked:
             self._list_change(n, before[n])
 
-    def _allows(self, number: int, way: int, a: mpf) -> bool:
+    def _allows(self, number: int, way: int, a: mpf, x: Sequence[mpf]) -> bool:
         """Whether a mass rests, or slides a way, where the primary has this acceleration.
 
         It is that beyond what inertia gives all masses in the frame of a base.
         """
         place, mass = self.places[number], self.system.masses[number]
-        asks, most = a + mass.gravity, mass.friction
+        pull = mass.pull(place.side, x, [place.gap], 0) / mass.mean
+        asks, most = a + mass.gravity - pull, mass.friction
         if way:
             return -way * asks > most
         return (place.side * asks if place.gap == 0 else abs(asks)) <= most
@@ -711,7 +715,7 @@ class _Motion:
             push -= 2 * zeta * (n + 1) * x[n + 1] + x[n]
             pulls = []
             for mass, place, gap in masses:
-                beside = () if place.joined else gap
+                beside = [place.gap] if place.joined else gap
                 supported = mass.stiffness or mass.damping
                 pulls.append(mass.pull(place.side, x, beside, n) if supported else 0)
                 if place.joined:

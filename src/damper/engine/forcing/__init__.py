@@ -104,11 +104,6 @@ def driven(
     """Displacement and velocity of an oscillator after a time `tau` under the force, from rest."""
 
 
-@by_class
-def filtered(forcing: Any, second: float, first: float, zeroth: float) -> tuple[Any, float]:
-    """The force second f'' + first f' + zeroth f, as one of the same class and its strength."""
-
-
 @by_class_or_default
 def common(forcing: Any) -> Any:
     """What all masses have of it: itself, but for the weight of one of them."""

@@ -125,13 +125,6 @@ def _derivative_of(forcing, phase, order):
     return value if order % 4 < 2 else -value
 
 
-@declared.filtered.of(HarmonicForce)
-def _filtered(forcing, second, first, zeroth):
-    even = zeroth - second * forcing.omega * forcing.omega
-    odd = first * forcing.omega
-    return harmonic(forcing.omega, forcing.phase + math.atan2(odd, even)), math.hypot(even, odd)
-
-
 @declared.gain_of.of(HarmonicForce)
 def _gain_of(forcing, damping, stiffness, split):
     return gain_at(forcing.omega, damping, stiffness)

@@ -154,17 +154,3 @@ def _driven(forcing, gain, osc, flow, phase, turn, tau):
         angle = declared.turned(forcing, angle, phase)
         turning = _twice(turning, turn)
     return x, v
-
-
-@declared.filtered.of(SumOfHarmonics)
-def _filtered(forcing, second, first, zeroth):
-    sine = np.empty(len(forcing.sine))
-    cosine = np.empty(len(forcing.sine))
-    for k in range(len(sine)):
-        rate = forcing.omega * (k + 1.0)
-        even = zeroth - second * rate * rate
-        odd = first * rate
-        a, b = float(forcing.sine[k]), float(forcing.cosine[k])
-        sine[k] = even * a - odd * b
-        cosine[k] = even * b + odd * a
-    return SumOfHarmonics(forcing.omega, forcing.phase, sine, cosine), 1.0

@@ -76,8 +76,3 @@ def _gain_of(forcing, damping, stiffness, split):
 @declared.driven.of(ZeroForce)
 def _driven(forcing, gain, osc, flow, phase, turn, tau):
     return 0.0, 0.0
-
-
-@declared.filtered.of(ZeroForce)
-def _filtered(forcing, second, first, zeroth):
-    return forcing, 0.0

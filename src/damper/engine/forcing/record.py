@@ -197,13 +197,3 @@ def _phi2(z, phi):
         term *= z / n
         n += 1.0
     return total
-
-
-@declared.filtered.of(PiecewiseLinear)
-def _filtered(forcing, second, first, zeroth):
-    value = zeroth * forcing.value + first * forcing.slope
-    slope = zeroth * forcing.slope
-    largest = abs(zeroth) * forcing.largest + abs(first) * forcing.steepest
-    steepest = abs(zeroth) * forcing.steepest
-    pieces = forcing.cycle, forcing.cycles, forcing.time, value, slope
-    return PiecewiseLinear(*pieces, largest, steepest), 1.0

@@ -49,7 +49,7 @@ from damper.engine.segment import (
     Segment,
     segment_after,
 )
-from damper.models import rigid
+from damper.models import masses
 from damper.models import tangent as declared_tangent
 from damper.models.compliant import flow, tangent
 from damper.models.compliant.pairs import carried, pair_rates
@@ -65,7 +65,7 @@ from damper.models.compliant.search import (
 )
 from damper.models.flights import EVENT, begin_flight, fly, gap_of, relative_rates, stays, unclipped
 from damper.models.forces import drive_of
-from damper.models.rigid import Rigid
+from damper.models.masses import Rigid
 from damper.models.walls import slack
 from damper.parameters import Parameters
 
@@ -75,7 +75,7 @@ _EARLY, _MARGIN = 0.97, 2e-5
 
 
 class Compliant(NamedTuple):
-    """Constants of one run; the first eight are those of `damper.models.rigid.Rigid`."""
+    """Constants of one run; the first eight are those of `damper.models.masses.Rigid`."""
 
     mass_ratio: float
     clearance: float
@@ -163,7 +163,7 @@ def _alike(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
     after_usual = np.zeros((3, flow.row_length(contact)))
     _fill_rows(contact, table, ending, usual, after_usual)
     return Compliant(
-        *rigid.prepare(p, law, accuracy),
+        *masses.prepare(p, law, accuracy)[:8],
         float(tension),
         min(2.0 * math.pi / frequency, HORIZON),
         usual,
@@ -276,12 +276,12 @@ def _begin(model, segment):
     """
     s = segment
     # By the force that is left, and not by what ended the contact.
-    start = begin_flight(model.mass, model, _as(s, s.side, s.mode, NOTHING, 0.0))
+    start = begin_flight(model.mass, model, _as(s, s.side, s.mode, NOTHING, 0.0), 0.0)
     if s.gap == 0.0:
         a, _, _, _ = relative_rates(start, model)
         contact = model.contact
         if abs(a) <= ROUNDOFF * force_size(contact.drag, s.x, s.v, contact.largest):
-            return begin_flight(model.mass, model, _as(s, s.side, s.mode, RELEASE, 0.0))
+            return begin_flight(model.mass, model, _as(s, s.side, s.mode, RELEASE, 0.0), 0.0)
     return start
 
 
@@ -345,7 +345,7 @@ def _following(model, segment, start):
 @compiled
 def _fly(model, s, start):
     """A flight between the walls, up to the touch of one."""
-    end = fly(model, s, start)
+    end = fly(start, model, s)
     if end.outcome != EVENT:
         gave_up = end.outcome == GAVE_UP
         tau, gap, rate = end.duration, end.gap, end.gap_rate

@@ -89,7 +89,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
             gap = min(gap, 0.0)
             loss += (1.0 if k == 0 else -1.0) * 0.5 * model.contact.stiffness * gap * gap
     return declared.ResponseIntegrals(
-        found.square, found.speed_square, found.work, loss, 0.0, 0.0, found.peak
+        found.square, found.speed_square, found.work, loss, 0.0, 0.0, 0.0, found.peak
     )
 
 
@@ -293,6 +293,7 @@ def _contact(model, tables, segment, low, high, peak):
         speed_square + sums.speed_square,
         work + sums.work,
         loss + sums.own,
+        0.0,
         0.0,
         0.0,
         peak,

@@ -23,11 +23,12 @@ from damper.engine.oscillator import (
 )
 from damper.engine.search import HORIZON, ROUNDOFF, point_at
 from damper.engine.segment import NOTHING, RESTING, STICKING, TAIL, Segment
-from damper.models import rigid
 from damper.models.flights import Both, gap_of
 from damper.models.forces import drive_of
-from damper.models.friction import pushed_by
-from damper.models.rigid import Rigid
+from damper.models.masses import NoFriction as NoRub
+from damper.models.masses import Rigid
+from damper.models.masses import prepare as prepare_one
+from damper.models.masses.holds import pushed_by
 from damper.parameters import Parameters
 
 #: Columns of `Several.masses`.
@@ -66,7 +67,7 @@ class Friction(NamedTuple):
 
 
 class Several(NamedTuple):
-    """Constants of one run; the first eight are those of `damper.models.rigid.Rigid`."""
+    """Constants of one run; the first eight are those of `damper.models.masses.Rigid`."""
 
     mass_ratio: float
     """Of all free masses together."""
@@ -88,9 +89,9 @@ class Several(NamedTuple):
     """`Friction`, or `NoFriction` where no mass rubs."""
 
     @property
-    def rubs(self) -> bool:
-        """Whether any mass does."""
-        return isinstance(self.friction, Friction)
+    def features(self) -> tuple[str, ...]:
+        """What the masses have, as `damper.parameters.models` calls it."""
+        return ("several", *["sliding"] * isinstance(self.friction, Friction))
 
 
 class SeveralSegment(NamedTuple):
@@ -140,7 +141,7 @@ def prepare(
     """Constants of one run; along friction slides stop also where there is none yet."""
     p = parameters
     each = p.each
-    made = rigid.prepare(each[0], law, accuracy)
+    made = prepare_one(each[0], law, accuracy)
     drive = drive_of(p)
     masses = np.array([(q.mass_ratio, q.clearance, q.gravity, *q.restitutions) for q in each])
     total = float(np.sum(masses[:, RATIO]))
@@ -229,6 +230,7 @@ def view_of(model: Several, start: Start, k: int, ratio: float, side: float, way
         osc,
         osc,
         mass_of(model, k, way),
+        NoRub(),
     )
 
 

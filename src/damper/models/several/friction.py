@@ -28,7 +28,7 @@ from damper.engine.segment import (
     TAIL,
 )
 from damper.models.flights import VANISHES, gap_of
-from damper.models.friction import Speed, speed_point
+from damper.models.masses.holds import Speed, speed_point
 from damper.models.several.bodies import (
     CAUSE,
     COMPLETION,

@@ -7,7 +7,7 @@ from damper.engine.compiled import compiled
 from damper.engine.oscillator import arrive, increments
 from damper.engine.search import HORIZON, ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, RESTING, STICKING, TAIL, clock_after
-from damper.models.friction import Bounce, bounce_at, bounce_from
+from damper.models.flights import Bounce, bounce_at, bounce_from
 from damper.models.several.bodies import (
     ALONE,
     CAUSE,

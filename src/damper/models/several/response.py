@@ -16,8 +16,7 @@ from damper.engine.search import point_at
 from damper.engine.segment import FLIGHT, TAIL
 from damper.models import extremes
 from damper.models import response as declared
-from damper.models.flights import gap_of
-from damper.models.friction import Bounce
+from damper.models.flights import Bounce, gap_of
 from damper.models.several import bodies as several
 from damper.models.several.motion import bodies_in, bounce_in, primary_after, state_in
 from damper.models.several.pinch import is_pinched, lost_in_pinch, share_of_pinch
@@ -183,7 +182,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
             _, _, bodies = bodies_in(model, s, tau)
             lost = lost_in_pinch(model, start, bodies) - lost
     found = declared.ResponseIntegrals(
-        found.square, found.speed_square, work, -lost, 0.0, 0.0, found.peak
+        found.square, found.speed_square, work, -lost, 0.0, 0.0, 0.0, found.peak
     )
     # Of the reduced mass that bounces, as the primary carries what sticks.
     heavier = 1.0
@@ -210,7 +209,8 @@ def _integrate_segment(model, tables, segment, low, high, peak):
         found.speed_square,
         found.work,
         heavier * found.loss,
-        rubbed + heavier * found.support,
+        0.0,
+        rubbed + heavier * found.friction,
         0.0,
         found.peak,
     )

@@ -20,9 +20,9 @@ from damper.engine.segment import (
     TAIL,
     Segment,
 )
-from damper.models.flights import completes, gap_of
-from damper.models.friction import Hold, completes_rubbing, hold_at_start
-from damper.models.rigid import ContactForce, Rigid
+from damper.models.flights import completes, completes_rubbing, gap_of
+from damper.models.masses import Rigid
+from damper.models.masses.holds import Hold, hold_at_start
 from damper.models.several.bodies import (
     CAUSE,
     CLEARANCE,
@@ -84,8 +84,8 @@ def next_event(
     """
     b = s.bodies[k]
     if is_joined(b[MODE]):
-        force = ContactForce(start.osc, mass_of(model, k, 0.0), start.primary, float(b[SIDE]))
-        hold = Hold(force, friction_of(model.friction, k))
+        mass, most = mass_of(model, k, 0.0), friction_of(model.friction, k)
+        hold = Hold(start.osc, mass, start.primary, float(b[SIDE]), 0.0, most)
         here = hold_at_start(hold)
         width = 2.0 * hold.friction if b[MODE] == RESTING else math.inf
         if _is_balanced(here, width):

@@ -13,7 +13,7 @@ from damper.engine.compiled import plain
 from damper.engine.forcing import phase_at
 from damper.engine.oscillator import Oscillator
 from damper.engine.segment import centre_velocity
-from damper.models import rigid, tangent, walls
+from damper.models import masses, tangent, walls
 from damper.models.flights import End, completes, relative_rates
 from damper.models.forces import drive_of, weighed
 from damper.models.time_varying.motion import (
@@ -27,7 +27,7 @@ from damper.parameters import Parameters
 
 
 class TimeVarying(NamedTuple):
-    """Constants of one run; the first eight are those of `damper.models.rigid.Rigid`."""
+    """Constants of one run; the first eight are those of `damper.models.masses.Rigid`."""
 
     mass_ratio: float
     clearance: float
@@ -46,14 +46,14 @@ class TimeVarying(NamedTuple):
 def prepare(parameters: Parameters, law: Any, accuracy: float) -> TimeVarying:
     """Constants of one run."""
     p = parameters
-    made = rigid.prepare(p, law, accuracy)
+    made = masses.prepare(p, law, accuracy)
     if p.gravity:
         # A weight that varies does work on the way, not by the speed at impacts alone.
         drive = drive_of(p)
         strength = drive.share * drive.amplitude
         made = made._replace(mass=weighed(0.0, 0.0, strength, drive.forcing, -p.gravity))
     return TimeVarying(
-        *made,
+        *made[:8],
         mass_law(
             p.mass_ratio,
             p.modulation_depth,

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine import forcing as forces
-from damper.engine.bodies import Ballistic, strength_on, weight_on
+from damper.engine.bodies import Ballistic, acceleration_of, strength_on, weight_on
 from damper.engine.compiled import compiled
 from damper.engine.completion import sticks
 from damper.engine.dispatch import by_class, by_class_or_default
@@ -30,7 +30,6 @@ from damper.engine.roundoff import EPSILON
 from damper.engine.search import HORIZON, ROUNDOFF
 from damper.engine.trigonometry import sine_cosine
 from damper.models.flights import VANISHES
-from damper.models.rigid import pushed
 
 
 class MassLaw(NamedTuple):
@@ -136,7 +135,7 @@ def step_together(
     if side != 0.0:
         # Where b is zero, its derivative has the sign of this.
         _, force1, _, _, _ = forces.force_rates(free.forcing, phase)
-        own, own1, _, _, _, _ = pushed(model.mass, phase)
+        own, own1 = acceleration_of(model.mass, 0.0, 0.0, phase), strength_on(model.mass) * force1
         jerk = (free.strength * force1 - own1) - 2.0 * free.damping * own - v
         jumps = forces.may_jump(free.forcing) and side * float(terms[1, 0]) > VANISHES * roundoff
         part = 0.0 if jumps else _first_loss(terms[1], side, jerk, roundoff)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.bodies import Ballistic, strength_on, weight_on
+from damper.engine.bodies import Ballistic, acceleration_of, strength_on, weight_on
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
 from damper.engine.forcing import force_rates, phase_at, turn_over, turned
@@ -23,7 +23,6 @@ from damper.engine.quadrature import LONGEST_REACH, MOST
 from damper.engine.search import HORIZON
 from damper.engine.segment import FLIGHT, TAIL, Segment, centre_velocity
 from damper.models import response as declared
-from damper.models.rigid import pushed
 from damper.models.time_varying import TimeVarying
 from damper.models.time_varying.motion import DEGREE, MassLaw, evaluate, expand, modulation
 
@@ -37,7 +36,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
         found = declared.primary_in_flight(model, s, low, high, peak)
         work, gain = varying_in_flight(model.mass, model, s, low, high)
         return declared.ResponseIntegrals(
-            found.square, found.speed_square, found.work + work, 0.0, 0.0, gain, found.peak
+            found.square, found.speed_square, found.work + work, 0.0, 0.0, 0.0, gain, found.peak
         )
     mass_ratio, _, _ = modulation(model.variation, s.periods, s.time)
     start = _centre(model, mass_ratio, s)
@@ -59,7 +58,7 @@ def _centre(model, mass_ratio, segment):
     drag = 2.0 * model.free.damping
     phase = phase_at(model.free.forcing, s.periods, s.time)
     force, force1, _, _, _ = force_rates(model.free.forcing, phase)
-    own, own1, _, _, _, _ = pushed(model.mass, phase)
+    own, own1 = acceleration_of(model.mass, 0.0, 0.0, phase), strength_on(model.mass) * force1
     strength = model.free.strength
     v = centre_velocity(s, mass_ratio)
     a = own + ((strength * force - own) - drag * v - s.x) / heavier
@@ -239,7 +238,7 @@ def _contact(model, segment, start, low, high, peak):
             gain += sums.own
             peak = sums.peak
         if passed + moving.step >= high:
-            return declared.ResponseIntegrals(square, speed_square, work, 0.0, 0.0, gain, peak)
+            return declared.ResponseIntegrals(square, speed_square, work, 0.0, 0.0, 0.0, gain, peak)
         dx, v = evaluate(terms, moving.step, v, 1.0)
         x += dx
         passed += moving.step

@@ -175,7 +175,7 @@ class Comparison(StudyFile):
     ) -> Job:
         """Return a job whose module loads the solvers."""
         solvers = (f"{_HERE}.solvers.{name}" for name in sorted(self.solvers))
-        loads = (*solvers, "damper.models.rigid")
+        loads = (*solvers, "damper.models.masses")
         compiled = ("solvers", *sorted(self.solvers))
         return Job(f"{_HERE}.{module}", settings, needs, loads, compiled)
 
