@@ -20,7 +20,7 @@ from damper.engine.segment import CAUSE, DURATION, IMPACT, RESTING, STICKING, TA
 from damper.models import start_run
 from damper.models.response import integrate_segment, prepare_tables, stored_energy
 from damper.models.several.bodies import MODE
-from damper.models.several.friction import common_acceleration
+from damper.models.several.contacts import balance
 from damper.observers.common.laws import broken
 from damper.sweep.runs import run_points
 
@@ -213,17 +213,16 @@ def test_weight_and_friction_that_are_equal_hold() -> None:
     assert told(table) == [(REST, 0, 0), (REST, 1, 0)]
 
 
-def test_the_common_acceleration_is_the_only_root() -> None:
+def test_the_balance_is_the_only_root() -> None:
     """Of a monotone function: against bisection, on random masses, walls and frictions."""
     random = np.random.default_rng(5)
     for _ in range(300):
         count = int(random.integers(1, 6))
         ratios, levels = random.uniform(0.01, 2.0, count), random.normal(size=count)
         most = random.uniform(0.0, 1.0, count) * (random.random(count) < 0.8)
-        low, high = -most, most.copy()
-        for k, side in enumerate(random.integers(-1, 2, count)):
-            low[k] = -math.inf if side > 0 else low[k]
-            high[k] = math.inf if side < 0 else high[k]
+        walls = random.integers(-1, 2, count).astype(float)
+        low = np.where(walls > 0, -math.inf, -most)
+        high = np.where(walls < 0, math.inf, most)
         free = float(random.normal())
 
         def excess(a: float, *of: Any) -> float:
@@ -232,7 +231,10 @@ def test_the_common_acceleration_is_the_only_root() -> None:
 
         of = free, ratios, levels, low, high
         root = brentq(excess, -50.0, 50.0, args=of, xtol=1e-14)
-        assert plain(common_acceleration)(*of) == pytest.approx(root, abs=1e-12)
+        found, follows = plain(balance)(free, ratios, levels, walls, most)
+        assert found == pytest.approx(root, abs=1e-12)
+        inside = (low < found - levels) & (found - levels < high)
+        assert (follows == inside).all()
 
 
 # --- the closed rest of chatter

@@ -37,7 +37,7 @@ from damper.models.several.bodies import (
     restitution_of,
 )
 from damper.models.several.bodies import prepare as prepare
-from damper.models.several.contacts import hit, let_go, settle, slide_on
+from damper.models.several.contacts import clamp_slides, decide_contacts, hit, release
 from damper.models.several.log import segment_of_all, told
 from damper.models.several.motion import all_after, bounce_in
 from damper.models.several.pinch import close_pinch, is_pinched, turns_of
@@ -63,7 +63,7 @@ def _initial_segment(model, periods, time, x, v, y, u):
         bodies[k, MODE] = FLIGHT
         bodies[k, CAUSE] = NOTHING
         bodies[k, PLACE], bodies[k, VELOCITY], bodies[k, ALONE] = place, speed, _KNOWN
-    settle(model.friction, model, segment_of_all(periods, time, x, v, bodies), STICKING)
+    decide_contacts(model, segment_of_all(periods, time, x, v, bodies), STICKING)
     return told(segment_of_all(periods, time, x, v, bodies), v, 0.0)
 
 
@@ -114,7 +114,7 @@ def _complete(model, s, start, tau):
         if b[MODE] == TAIL:
             b[MODE], b[CAUSE] = STICKING, NOTHING if pinched else STICK
             b[GAP], b[RATE], b[FIRST], b[COMPLETION], b[WAY] = 0.0, 0.0, 0.0, 0.0, 0.0
-    settle(model.friction, model, new, TAIL)
+    decide_contacts(model, new, TAIL)
     for k in range(len(bodies)):
         if s.bodies[k, MODE] == TAIL and bodies[k, MODE] == STICKING:
             bodies[k, CAUSE] = STICK
@@ -142,16 +142,16 @@ def _fly(model, s, start):
     if hits:
         arriving[first] = side * s.bodies[first, SIDE]
     periods, time, x, v, bodies = all_after(model, s, start, last, arriving)
-    slide_on(model.friction, bodies)
+    clamp_slides(bodies)
     v_before, loss = v, 0.0
     hits = bool(np.any(arriving != 0.0))
     # A release at the instant of an impact: the impact and the forces after it decide.
     if first >= 0 and (stops or not hits):
-        let_go(model.friction, model, bodies, first, side)
+        release(model, segment_of_all(periods, time, x, v, bodies), first, side)
     if hits:
         v, loss = hit(model, v, bodies, arriving)
     if hits or stops or first < 0:
-        settle(model.friction, model, segment_of_all(periods, time, x, v, bodies), TAIL)
+        decide_contacts(model, segment_of_all(periods, time, x, v, bodies), TAIL)
     if hits:
         v = close(model, segment_of_all(periods, time, x, v, bodies))
         close_pinch(model, bodies)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine import model as declared
-from damper.engine.bodies import Ballistic, body_at, sum_after
+from damper.engine.bodies import Ballistic, acceleration_of, body_at, sum_after
 from damper.engine.compiled import compiled, plain
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import phase_at
@@ -187,6 +187,15 @@ def mass_of(model: Several, k: int, way: float) -> Any:
     """A free mass in flight, which rubs on its box where it goes a `way`."""
     slowed = way * friction_of(model.friction, k)
     return pushed_by(model.mass, -(float(model.masses[k, GRAVITY]) + slowed))
+
+
+@compiled
+def own_acceleration(model: Several, s: SeveralSegment, k: int, v: float, way: float) -> float:
+    """Acceleration of a mass that nothing holds, at the primary's velocity `v`, sliding a way."""
+    b = s.bodies[k]
+    y = s.x + float(b[SIDE]) * (float(model.masses[k, CLEARANCE]) - float(b[GAP]))
+    phase = phase_at(model.free.forcing, s.periods, s.time)
+    return acceleration_of(mass_of(model, k, way), y, v, phase)
 
 
 @by_class

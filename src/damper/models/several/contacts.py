@@ -1,80 +1,107 @@
 """Simultaneous contacts of several free masses: impacts, and who stays on a wall and who leaves."""
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
-from damper.engine.bodies import acceleration_of
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import phase_at
 from damper.engine.oscillator import motion_from
 from damper.engine.search import ROUNDOFF
-from damper.engine.segment import FLIGHT, IMPACT, RELEASE, STICK, STICKING
+from damper.engine.segment import (
+    FLIGHT,
+    IMPACT,
+    NOTHING,
+    RELEASE,
+    REST,
+    RESTING,
+    REVERSAL,
+    SLIP,
+    STICK,
+    STICKING,
+)
 from damper.models.flights import VANISHES
 from damper.models.several.bodies import (
     CAUSE,
-    CLEARANCE,
     COMPLETION,
     FIRST,
     GAP,
-    GRAVITY,
     LIFTS,
     MODE,
     RATE,
     RATIO,
     SIDE,
     SPEED,
-    NoFriction,
+    WAY,
     Several,
     SeveralSegment,
-    mass_of,
+    friction_of,
+    is_joined,
+    own_acceleration,
     restitution_of,
 )
+from damper.models.several.pinch import NOTHING_LEFT
 
 
 @compiled
-def balance(free: float, sides: np.ndarray, ratios: np.ndarray, levels: np.ndarray) -> np.ndarray:
-    """Contacts that push, of those at the walls `sides`; a wall of 0 is none.
+def limits(wall: float, most: float) -> tuple[float, float]:
+    """Least and largest acceleration beyond its own that friction and a wall give a mass.
 
-    Body i pushes with ratio_i (rests_i - side_i z) where that is positive, and all together make
-    z = free + sum of side_i times that. For impulses z is the change of the primary's velocity
-    and levels (1 + r) times the approach speed; for contact forces they are accelerations. What z
-    must be less than this grows with z, in straight pieces from bend to bend, so there is one z.
+    The same number applies to velocities at an impact. A `wall` of 0 is none.
+    """
+    return -math.inf if wall > 0.0 else -most, math.inf if wall < 0.0 else most
+
+
+@compiled
+def balance(
+    free: float, ratios: np.ndarray, levels: np.ndarray, walls: np.ndarray, most: np.ndarray
+) -> tuple[float, np.ndarray]:
+    """Motion z of the primary with all masses that walls and friction let follow it.
+
+    Mass i follows where z - level_i is within its `limits`, and is at the nearer limit elsewhere:
+
+        z = free - sum of ratio_i min(max(z - level_i, low_i), high_i)
+
+    The sides part monotonically, in straight pieces from bend to bend, so there is one z. For
+    impulses z is the change of the primary's velocity, and a level is that of a mass that rebounds;
+    for contact forces and friction they are accelerations.
+
+    Returns
+    -------
+    z : float
+    follows : ndarray
+        1 for a mass that follows, else 0; a mass without wall and friction never does.
     """
     lower, upper = -math.inf, math.inf
-    count = len(sides)
+    count = len(ratios)
+    for k in range(2 * count):
+        low, high = limits(walls[k // 2], most[k // 2])
+        bend = float(levels[k // 2] + (low if k % 2 == 0 else high))
+        if low == high or math.isinf(bend):
+            continue
+        excess = bend - free
+        for i in range(count):
+            low, high = limits(walls[i], most[i])
+            excess += float(ratios[i] * min(max(bend - levels[i], low), high))
+        if excess <= 0.0:
+            lower = max(lower, bend)
+        if excess >= 0.0:
+            upper = min(upper, bend)
+    z, heavier, follows = free, 1.0, np.zeros(count)
     for k in range(count):
-        if sides[k] != 0.0:
-            z = float(sides[k] * levels[k])
-            excess = z - free
-            for i in range(count):
-                if sides[i] != 0.0:
-                    excess -= float(sides[i] * ratios[i] * max(0.0, levels[i] - sides[i] * z))
-            if excess <= 0.0:
-                lower = max(lower, z)
-            if excess >= 0.0:
-                upper = min(upper, z)
-    pushes = np.zeros(count)
-    for k in range(count):
-        z = float(sides[k] * levels[k])
-        if (sides[k] > 0.0 and z >= upper) or (sides[k] < 0.0 and z <= lower):
-            pushes[k] = 1.0
-    return pushes
-
-
-@compiled
-def balanced(
-    free: float, sides: np.ndarray, ratios: np.ndarray, levels: np.ndarray, pushes: np.ndarray
-) -> float:
-    """The z of `balance`, where it is known who pushes."""
-    z, heavier = free, 1.0
-    for k in range(len(sides)):
-        if pushes[k] == 1.0:
-            z += float(sides[k] * ratios[k] * levels[k])
+        low, high = limits(walls[k], most[k])
+        if levels[k] + high <= lower:
+            z -= float(ratios[k] * high)
+        elif levels[k] + low >= upper:
+            z -= float(ratios[k] * low)
+        elif low < high:
+            z += float(ratios[k] * levels[k])
             heavier += float(ratios[k])
-    return z / heavier
+        # A mass at its very limit follows as well: its impulse is zero.
+        within = low < high and levels[k] + high >= upper and levels[k] + low <= lower
+        follows[k] = 1.0 if within else 0.0
+    return z / heavier, follows
 
 
 @compiled
@@ -85,7 +112,7 @@ def hit(model: Several, v: float, bodies: np.ndarray, arriving: np.ndarray) -> t
     Bodies that touch a wall with no relative velocity take part, whether or not they stick to it.
     """
     count = len(bodies)
-    ratios, sides, levels = model.masses[:, RATIO], np.zeros(count), np.zeros(count)
+    ratios, walls, levels = model.masses[:, RATIO], np.zeros(count), np.zeros(count)
     for k in range(count):
         b = bodies[k]
         if arriving[k] != 0.0:
@@ -93,23 +120,23 @@ def hit(model: Several, v: float, bodies: np.ndarray, arriving: np.ndarray) -> t
             if b[SIDE] != arriving[k]:
                 b[FIRST] = 0.0
             b[GAP], b[SIDE], b[SPEED] = 0.0, arriving[k], speed
-            sides[k] = b[SIDE]
-            levels[k] = (1.0 + restitution_of(model, k, float(b[SIDE]))) * speed
+            walls[k] = b[SIDE]
+            levels[k] = walls[k] * (1.0 + restitution_of(model, k, float(b[SIDE]))) * speed
         elif b[MODE] == STICKING or (b[GAP] == 0.0 and b[RATE] == 0.0):
-            sides[k] = b[SIDE]
-    pushes = balance(0.0, sides, ratios, levels)
-    change, loss = balanced(0.0, sides, ratios, levels, pushes), 0.0
+            walls[k] = b[SIDE]
+    change, pushes = balance(0.0, ratios, levels, walls, np.zeros(count))
+    loss = 0.0
     for k in range(count):
         b = bodies[k]
         if arriving[k] != 0.0:
             r, speed = restitution_of(model, k, float(b[SIDE])), float(b[SPEED])
             if pushes[k] == 1.0:
-                impulse = float(ratios[k] * (levels[k] - sides[k] * change))
+                impulse = float(ratios[k] * walls[k] * (levels[k] - change))
                 loss += 0.5 * impulse * (1.0 - r) * speed
                 b[RATE], b[CAUSE] = r * speed, IMPACT
                 b[FIRST] = b[FIRST] if b[FIRST] > 0.0 else speed
             else:  # another one's impact takes the wall away
-                b[RATE], b[SPEED] = sides[k] * change - speed, 0.0
+                b[RATE], b[SPEED] = walls[k] * change - speed, 0.0
         elif b[MODE] == STICKING:
             if pushes[k] == 0.0 and b[SIDE] * change > 0.0:
                 b[MODE], b[RATE], b[CAUSE], b[FIRST] = FLIGHT, b[SIDE] * change, RELEASE, 0.0
@@ -118,87 +145,156 @@ def hit(model: Several, v: float, bodies: np.ndarray, arriving: np.ndarray) -> t
     return v + change, loss
 
 
+class Common(NamedTuple):
+    """Forces of an instant on masses that walls or friction may hold."""
+
+    a: float
+    """Acceleration of the primary."""
+    levels: np.ndarray
+    """Accelerations of the masses that nothing holds; 0 for a mass that nothing may hold."""
+    size: float
+    """Size of the terms of the primary's own acceleration."""
+
+
 @compiled
-def contact_forces(
-    model: Several, s: SeveralSegment, sides: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Contact forces over the masses of bodies that rest on these walls, and sizes of their terms.
-
-    A force below zero is that on a body which the others part from its wall; a wall of 0 is none.
-    """
-    count = len(sides)
-    levels = np.zeros(count)
+def common_motion(model: Several, s: SeveralSegment, walls: np.ndarray, most: np.ndarray) -> Common:
+    """Balance the forces of an instant, as for `balance`; other masses fly, or slide their way."""
+    count = len(walls)
     phase = phase_at(model.free.forcing, s.periods, s.time)
+    free = motion_from(model.free, s.x, s.v, phase).a
+    levels = np.zeros(count)
     for k in range(count):
-        if sides[k] != 0.0:
-            y = s.x + sides[k] * model.masses[k, CLEARANCE]
-            levels[k] = sides[k] * acceleration_of(mass_of(model, k, 0.0), y, s.v, phase)
-    alone = motion_from(model.free, s.x, s.v, phase)
-    ratios = model.masses[:, RATIO]
-    pushes = balance(alone.a, sides, ratios, levels)
-    a = balanced(alone.a, sides, ratios, levels, pushes)
-    size = abs(alone.a) + abs(s.x) + 2.0 * model.free.damping * abs(s.v)
-    return levels - sides * a, size + np.abs(levels)
+        if walls[k] != 0.0 or most[k] > 0.0:
+            levels[k] = own_acceleration(model, s, k, s.v, 0.0)
+        else:
+            friction = friction_of(model.friction, k)
+            free += float(s.bodies[k, WAY] * model.masses[k, RATIO]) * friction
+    a, _ = balance(free, model.masses[:, RATIO], levels, walls, most)
+    return Common(a, levels, abs(free) + abs(s.x) + 2.0 * model.free.damping * abs(s.v))
 
 
-@by_class
-def settle(friction: Any, model: Several, s: SeveralSegment, mode: float) -> None:
-    """Who stays at rest and who does not, of those with no relative velocity; in place.
+@compiled
+def decide_contacts(model: Several, s: SeveralSegment, mode: float) -> None:
+    """Let masses with no relative velocity rest, or part from the primary; in place.
 
-    Who stays on a wall that has not stuck before gets this mode. Only what is more than roundoff
-    throws one off that has.
+    Masses newly at rest on a wall get `mode`. A mass that has been at rest stays, unless the forces
+    that part it are more than roundoff.
     """
-
-
-@settle.of(NoFriction)
-def _settle(friction, model, s, mode):
     bodies = s.bodies
     count = len(bodies)
-    sides = np.zeros(count)
-    any_rests = False
+    _turn(model.friction, bodies)
+    walls, most, any_rests = np.zeros(count), np.zeros(count), False
     for k in range(count):
         b = bodies[k]
-        if b[MODE] == STICKING or (b[GAP] == 0.0 and b[RATE] == 0.0 and b[CAUSE] != RELEASE):
+        friction, leaves = friction_of(model.friction, k), b[CAUSE] in (RELEASE, SLIP)
+        if b[MODE] == FLIGHT and b[RATE] == 0.0 and not leaves and _is_beside_wall(model, s, k):
+            b[GAP] = 0.0
+        on_wall = b[GAP] == 0.0
+        if is_joined(b[MODE]) or (b[RATE] == 0.0 and (on_wall or friction > 0.0) and not leaves):
             any_rests = True
-            sides[k] = b[SIDE]
+            walls[k] = b[SIDE] if on_wall else 0.0
+            most[k] = friction
     if not any_rests:
         return
-    forces, sizes = contact_forces(model, s, sides)
+    common = common_motion(model, s, walls, most)
     for k in range(count):
+        low, high = limits(walls[k], most[k])
+        if low < high:
+            asked = common.a - float(common.levels[k])
+            beyond = max(low - asked, asked - high)
+            way = 0.0
+            if friction_of(model.friction, k) > 0.0:
+                way = -1.0 if asked > high else 1.0
+            size = common.size + abs(common.levels[k]) + most[k]
+            _decide(bodies[k], beyond, VANISHES * ROUNDOFF * size, way, mode)
+
+
+@compiled
+def _is_beside_wall(model, s, k):
+    """Whether a mass that rubs, and stops, would be at its wall in a negligible time."""
+    most, b = friction_of(model.friction, k), s.bodies[k]
+    if most == 0.0:
+        return False
+    phase = phase_at(model.free.forcing, s.periods, s.time)
+    scale = abs(motion_from(model.free, s.x, s.v, phase).a) + most
+    scale += abs(own_acceleration(model, s, k, s.v, 0.0))
+    return bool(2.0 * b[GAP] <= scale * negligible(model) ** 2)
+
+
+@compiled
+def negligible(model: Several) -> float:
+    """Longest time that counts as none."""
+    return float(NOTHING_LEFT * model.tolerance)
+
+
+@compiled
+def _decide(b, beyond, slack, way, mode):
+    """Let a mass rest, or slide that is asked for more than what holds it; in place."""
+    on_wall = b[GAP] == 0.0
+    if is_joined(b[MODE]):
+        if b[CAUSE] == NOTHING and beyond > slack:
+            b[MODE], b[WAY] = FLIGHT, way
+            b[CAUSE] = RELEASE if on_wall else SLIP
+            b[FIRST] = 0.0 if on_wall else b[FIRST]
+    elif beyond > 0.0:
+        if b[CAUSE] == NOTHING and way != 0.0 and b[WAY] == -way:
+            b[CAUSE] = REVERSAL
+        b[WAY] = way
+    else:
+        b[MODE] = mode if on_wall else RESTING
+        b[WAY], b[COMPLETION] = 0.0, 0.0
+        if not on_wall:
+            b[CAUSE] = REST
+        elif mode == STICKING:
+            b[CAUSE] = STICK
+
+
+@compiled
+def _turn(friction, bodies):
+    """Let all that move relative to the primary slide that way; in place."""
+    for k in range(len(bodies)):
         b = bodies[k]
-        if sides[k] == 0.0:
+        if b[RATE] == 0.0 or friction_of(friction, k) == 0.0:
             continue
-        force = forces[k]
-        if b[MODE] == STICKING:
-            if b[CAUSE] != STICK and force < -VANISHES * ROUNDOFF * sizes[k]:
-                b[MODE], b[CAUSE], b[FIRST] = FLIGHT, RELEASE, 0.0
-        elif force >= 0.0:
-            b[MODE] = mode
-            b[COMPLETION] = 0.0
-            if mode == STICKING:
-                b[CAUSE] = STICK
+        way = -b[SIDE] if b[RATE] > 0.0 else b[SIDE]
+        if b[MODE] == RESTING:  # another one's impact moves its box
+            b[MODE], b[CAUSE] = FLIGHT, SLIP
+        elif b[WAY] == -way and b[CAUSE] == NOTHING:
+            b[CAUSE] = REVERSAL
+        b[WAY] = way
 
 
-@by_class_or_default
-def slide_on(friction: Any, bodies: np.ndarray) -> None:
+@compiled
+def clamp_slides(bodies: np.ndarray) -> None:
     """Let slides go one way up to their end, whatever roundoff makes of their speed; in place."""
+    for k in range(len(bodies)):
+        b = bodies[k]
+        if b[MODE] == FLIGHT and b[WAY] * b[SIDE] * b[RATE] > 0.0:
+            b[RATE] = 0.0
 
 
-@by_class
-def let_go(friction: Any, model: Several, bodies: np.ndarray, k: int, side: float) -> None:
-    """Let a mass that nothing holds any longer part from the primary; in place.
+@compiled
+def release(model: Several, s: SeveralSegment, k: int, side: float) -> None:
+    """Let a mass that nothing holds any longer part from the primary, or stop; in place.
 
-    With all to which that happens at this instant. `side` is that of the search.
+    The same happens to all masses under the same acceleration. `side` is that of the search.
     """
-
-
-@let_go.of(NoFriction)
-def _let_go(friction, model, bodies, k, side):
+    bodies = s.bodies
+    b = bodies[k]
+    stops, rate = b[MODE] == FLIGHT, float(b[SIDE] * b[RATE])
+    way = float(b[WAY] if stops else -side * b[SIDE])
+    level = own_acceleration(model, s, k, s.v, way)
     for j in range(len(bodies)):
-        alike = bodies[j, SIDE] == bodies[k, SIDE]
-        alike = alike and model.masses[j, GRAVITY] == model.masses[k, GRAVITY]
-        if bodies[j, MODE] == STICKING and alike:
-            bodies[j, CAUSE] = RELEASE
+        c = bodies[j]
+        if own_acceleration(model, s, j, s.v, way) != level:
+            continue
+        if stops:
+            if c[MODE] == FLIGHT and c[WAY] == way and c[SIDE] * c[RATE] == rate:
+                c[CAUSE] = REST
+        elif is_joined(c[MODE]) and (c[MODE] == RESTING or way == -c[SIDE]):
+            c[CAUSE] = RELEASE if c[MODE] == STICKING else SLIP
+            c[WAY] = way if friction_of(model.friction, j) > 0.0 else 0.0
+            c[MODE], c[COMPLETION] = FLIGHT, LIFTS
     for j in range(len(bodies)):
-        if bodies[j, CAUSE] == RELEASE:
-            bodies[j, MODE], bodies[j, COMPLETION] = FLIGHT, LIFTS
+        if bodies[j, CAUSE] == REST:
+            bodies[j, RATE], bodies[j, CAUSE] = 0.0, NOTHING

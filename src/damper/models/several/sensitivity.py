@@ -30,8 +30,7 @@ from damper.models.several.bodies import (
     is_on_wall,
     mass_of,
 )
-from damper.models.several.contacts import balanced
-from damper.models.several.tangent import begins_impacts, impulses, primary_in, ways_in
+from damper.models.several.tangent import begins_impacts, change_by, impulses, primary_in, ways_in
 
 
 @sensitivity.clearances_of.register(Several)
@@ -90,14 +89,14 @@ def _after_impacts(there, model, s):
     found = np.zeros(2 + 2 * len(s.bodies))
     sides, _, pushes = impulses(model, s)
     _, levels, _ = impulses(there, s)
-    v = s.v_before + balanced(0.0, sides, there.masses[:, RATIO], levels, pushes)
+    v = s.v_before + change_by(there.masses[:, RATIO], levels, pushes)
     heavier, carried = 1.0, v
     for k in range(len(s.bodies)):
         b = s.bodies[k]
         u = 0.0
         if pushes[k] == 1.0:
             # The rebound is what the level has beyond the approach.
-            u = v - sides[k] * (levels[k] - b[SPEED])
+            u = v - (levels[k] - sides[k] * b[SPEED])
         elif b[WAS] == JOINED or is_joined(b[MODE]):
             u = s.v_before
         found[3 + 2 * k] = u

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.bodies import WeightedSum, acceleration_of, start_point
+from damper.engine.bodies import WeightedSum, start_point
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.oscillator import motion_from
@@ -45,13 +45,14 @@ from damper.models.several.bodies import (
     friction_of,
     is_joined,
     mass_of,
+    own_acceleration,
     primary_with,
     restitution_of,
     segment_of,
     view_of,
 )
-from damper.models.several.contacts import contact_forces
-from damper.models.several.pinch import NOTHING_LEFT, SHORTEST
+from damper.models.several.contacts import common_motion, negligible
+from damper.models.several.pinch import SHORTEST
 
 #: Acceleration, in units of F0/M, beyond which none is promised: weights are up to this.
 _LARGEST = 1e6
@@ -206,7 +207,7 @@ def settle_again(friction: Any, model: Several, s: SeveralSegment, v: float) -> 
 
 @is_over.of(NoFriction)
 def _is_over(friction, model, s, start, k, chatter):
-    ends = chatter.left <= NOTHING_LEFT * model.tolerance
+    ends = chatter.left <= negligible(model)
     return ends and not _meets_another(s.bodies, k, chatter.left)
 
 
@@ -237,7 +238,7 @@ def _chatter_of(model, s, start, k):
 def _is_closed(model, s, start, k, chatter):
     """Close a sequence of which more than nothing is left, in place; whether that is done."""
     bodies, left = s.bodies, chatter.left
-    known = NOTHING_LEFT * model.tolerance < left < math.inf and bodies[k, CAUSE] == IMPACT
+    known = negligible(model) < left < math.inf and bodies[k, CAUSE] == IMPACT
     if not (known and _is_undisturbed(model, s, start, k, chatter)):
         return False
     for j in range(len(bodies)):
@@ -262,8 +263,8 @@ def _fade(friction, model, s, start):
     for k in range(len(s.bodies)):
         b = s.bodies[k]
         if b[MODE] == FLIGHT and b[GAP] == 0.0 and b[RATE] > 0.0 and b[CAUSE] == IMPACT:
-            own = acceleration_of(mass_of(model, k, 0.0), s.x, s.v, start.primary.phase)
-            pressed = NOTHING_LEFT * model.tolerance * abs(start.primary.a - own)
+            own = own_acceleration(model, s, k, s.v, 0.0)
+            pressed = negligible(model) * abs(start.primary.a - own)
             any_brief = any_brief or 2.0 * b[SPEED] <= pressed
     return any_brief and _fade_together(model, s), 0.0
 
@@ -276,7 +277,7 @@ def _fade_together(model, s):
     elastic has none; all lose speed as long as one of them is not. They rest, or leave their walls
     at once, where the speed of each is that of a contact force in a hundredth of the accuracy.
     """
-    bodies, longest = s.bodies, NOTHING_LEFT * model.tolerance
+    bodies, longest = s.bodies, negligible(model)
     count = len(bodies)
     slow = np.abs(bodies[:, RATE]) <= longest * _LARGEST
     inside = slow & (bodies[:, MODE] == FLIGHT) & (bodies[:, GAP] <= longest)
@@ -284,21 +285,20 @@ def _fade_together(model, s):
     forces = np.zeros(count)
     while np.sum(inside) < last:
         last = int(np.sum(inside))
-        forces, _ = contact_forces(
-            model, s, np.where(inside | (bodies[:, MODE] == STICKING), bodies[:, SIDE], 0.0)
-        )
-        forces = np.abs(forces)
+        walls = np.where(inside | (bodies[:, MODE] == STICKING), bodies[:, SIDE], 0.0)
+        common = common_motion(model, s, walls, np.zeros(count))
+        forces = np.where(walls != 0.0, np.abs(common.levels - common.a), 0.0)
         for k in range(count):
             b = bodies[k]
             brief = 2.0 * abs(b[RATE]) <= longest * forces[k]
             inside[k] = inside[k] and brief and b[GAP] <= longest * longest * forces[k]
-    left, any_loses, walls = SHORTEST, False, 0.0
+    left, any_loses, facing = SHORTEST, False, 0.0
     for k in range(count):
         if inside[k]:
-            walls += float(bodies[k, SIDE])
+            facing += float(bodies[k, SIDE])
             left = max(left, 2.0 * abs(float(bodies[k, RATE])) / float(forces[k]))
             any_loses = any_loses or restitution_of(model, k, float(bodies[k, SIDE])) < 1.0
-    if abs(walls) == last or not any_loses:
+    if abs(facing) == last or not any_loses:
         return False
     for k in range(count):
         if inside[k]:
@@ -326,7 +326,7 @@ def rest_together(model: Several, s: SeveralSegment) -> float:
         last = float(np.sum(rests))
         heavier, pushed = 1.0 + start.joined, 0.0
         for k in range(len(bodies)):
-            if has_nothing_left(model.friction, model, s, start, k, change):
+            if has_nothing_left(model, s, start, k, change):
                 rests[k] = 1.0
             ratio = float(rests[k] * model.masses[k, RATIO])
             heavier += ratio
@@ -344,29 +344,30 @@ def rest_together(model: Several, s: SeveralSegment) -> float:
     return change
 
 
-@by_class
+@compiled
 def has_nothing_left(
-    friction: Any, model: Several, s: SeveralSegment, start: Start, k: int, change: float
+    model: Several, s: SeveralSegment, start: Start, k: int, change: float
 ) -> bool:
-    """Whether a body that something has happened to on a wall will bounce there for no time.
+    """Whether a mass to which something has happened on a wall bounces there for no time.
 
-    `change` is that of the primary's velocity by others which come to rest.
+    `change` is the change of the primary's velocity by other masses that come to rest.
     """
-
-
-@has_nothing_left.of(NoFriction)
-def _has_nothing_left(friction, model, s, start, k, change):
     b = s.bodies[k]
     if not (b[MODE] == FLIGHT and b[GAP] == 0.0 and b[CAUSE] != NOTHING):
         return False
-    side = float(b[SIDE])
+    side, most = float(b[SIDE]), friction_of(model.friction, k)
     r, rate = restitution_of(model, k, side), float(b[RATE]) + side * change
     if change != 0.0 and b[CAUSE] == IMPACT:
         r = max(rate, 0.0) / float(b[SPEED])
-    y = s.x + side * float(model.masses[k, CLEARANCE])
-    own = acceleration_of(mass_of(model, k, 0.0), y, s.v, start.primary.phase)
-    pressed = side * (own - start.primary.a)
-    return 2.0 * abs(rate) <= NOTHING_LEFT * model.tolerance * pressed * (1.0 - r)
+    # Accelerations towards the wall, on the way out and on the way back.
+    joined = 1.0 + start.joined
+    out = side * (own_acceleration(model, s, k, s.v, float(b[WAY])) - start.primary.a)
+    back = out - 2.0 * (joined + float(model.masses[k, RATIO])) / joined * most
+    if back < 0.0:
+        return False
+    shrinks = r * math.sqrt(back / out) if out > 0.0 else r
+    left = abs(rate) * (back + math.sqrt(out * back))
+    return left <= negligible(model) * out * back * (1.0 - shrinks)
 
 
 @compiled

@@ -49,7 +49,7 @@ from damper.models.several.bodies import (
     primary_with,
     restitution_of,
 )
-from damper.models.several.contacts import balance, balanced, settle
+from damper.models.several.contacts import balance, decide_contacts
 from damper.models.several.log import segment_of_all
 from damper.models.several.pinch import is_pinched, times_over_gaps, turns_of
 from damper.models.tangent import TOGETHER
@@ -238,7 +238,7 @@ def join_at_once(model: Several, s: SeveralSegment, deviations: np.ndarray) -> N
             bodies[k, MODE], bodies[k, CAUSE] = STICKING, NOTHING
             bodies[k, GAP], bodies[k, RATE] = 0.0, 0.0
     v = begin(model, s).primary.v
-    settle(model.friction, model, segment_of_all(s.periods, s.time, s.x, v, bodies), TAIL)
+    decide_contacts(model, segment_of_all(s.periods, s.time, s.x, v, bodies), TAIL)
     ways, after = ways_in(s.bodies), ways_in(bodies)
     if np.all(ways == after):
         join(model, s, deviations)
@@ -311,15 +311,27 @@ def impulses(model: Several, s: SeveralSegment) -> tuple[Any, Any, Any]:
     As `balance` has them. Walls of masses at rest on them before are there, with a level of 0.
     """
     count = len(s.bodies)
-    sides, levels = np.zeros(count), np.zeros(count)
+    walls, levels = np.zeros(count), np.zeros(count)
     for k in range(count):
         b = s.bodies[k]
         if b[SPEED] > 0.0:
-            sides[k] = b[SIDE]
-            levels[k] = (1.0 + restitution_of(model, k, float(b[SIDE]))) * b[SPEED]
+            walls[k] = b[SIDE]
+            levels[k] = walls[k] * (1.0 + restitution_of(model, k, float(b[SIDE]))) * b[SPEED]
         elif b[GAP] == 0.0 and (b[WAS] == JOINED or b[RATE] == 0.0):
-            sides[k] = b[SIDE]
-    return sides, levels, balance(0.0, sides, model.masses[:, RATIO], levels)
+            walls[k] = b[SIDE]
+    _, pushes = balance(0.0, model.masses[:, RATIO], levels, walls, np.zeros(count))
+    return walls, levels, pushes
+
+
+@compiled
+def change_by(ratios: np.ndarray, levels: np.ndarray, pushes: np.ndarray) -> float:
+    """Change of the primary's velocity by impacts of which it is known who pushes."""
+    change, heavier = 0.0, 1.0
+    for k in range(len(ratios)):
+        if pushes[k] == 1.0:
+            change += float(ratios[k] * levels[k])
+            heavier += float(ratios[k])
+    return change / heavier
 
 
 @compiled
@@ -328,7 +340,7 @@ def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
     count = len(s.bodies)
     ratios, bodies = model.masses[:, RATIO], s.bodies
     sides, levels, pushes = impulses(model, s)
-    jump = balanced(0.0, sides, ratios, levels, pushes)
+    jump = change_by(ratios, levels, pushes)
     a, own = accelerations(model, s, s.v_before, bodies[:, WAS].copy())
     after, later = accelerations(model, s, begin(model, s).primary.v, ways_in(bodies))
     heavier, fastest = 1.0, 0
@@ -351,17 +363,17 @@ def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
             if speed > 0.0:
                 off = abs(bodies[k, SIDE] * (x - y) - late * speed)
                 parts = parts or off > TOGETHER * (abs(x) + abs(y) + abs(late) * speed)
-            if levels[k] > 0.0 and pushes[k] == 1.0:
-                turned = levels[k] / bodies[k, SPEED]
+            if levels[k] != 0.0 and pushes[k] == 1.0:
+                turned = abs(levels[k]) / bodies[k, SPEED]
                 change += ratios[k] * turned * (deviations[3 + 2 * k, c] - v + (own[k] - a) * late)
         change /= heavier
         for k in range(count):
             way, gained = 0.0, (own[k] - later[k]) * late
             if pushes[k] == 1.0:
                 way, gained = jump, gained + change
-                if levels[k] > 0.0:
-                    turned = levels[k] / bodies[k, SPEED]
-                    way -= sides[k] * levels[k]
+                if levels[k] != 0.0:
+                    turned = abs(levels[k]) / bodies[k, SPEED]
+                    way -= levels[k]
                     gained -= turned * (deviations[3 + 2 * k, c] - v + (own[k] - a) * late)
             deviations[2 + 2 * k, c] -= way * late
             deviations[3 + 2 * k, c] += gained
