@@ -1,6 +1,7 @@
 """Random dampers with several free masses, and their events beside those in many digits."""
 
 import random
+from collections.abc import Callable
 from typing import Any
 
 import forced_scenes
@@ -137,6 +138,26 @@ def rubbing_scene(force: str, seed: int) -> tuple[dict[str, Any], tuple[Any, ...
     for own in values["masses"][1:]:
         if draw.random() < 0.5:
             own["friction"] = draw.choice([0.0, 10 ** draw.uniform(-2.5, 0)])
+    return values, state
+
+
+def supported(
+    scene: Callable[[str, int], tuple[dict[str, Any], tuple[Any, ...]]], force: str, seed: int
+) -> tuple[dict[str, Any], tuple[Any, ...]]:
+    """A scene with supports, of all masses, of some their own or none; every third one yields."""
+    values, state = scene(force, seed)
+    draw = random.Random(f"supported, {force}, {seed}")
+    mu = values["mass_ratio"]
+    values["support_stiffness_ratio"] = draw.choice([0.0, mu * 10 ** draw.uniform(-2, 1)])
+    values["support_damping_ratio"] = mu * 10 ** draw.uniform(-2, 0.5)
+    for own in values["masses"][1:]:
+        if draw.random() < 0.5:
+            own["support_stiffness_ratio"] = draw.choice([0.0, 10 ** draw.uniform(-3, 0)])
+        if draw.random() < 0.3:
+            own["support_damping_ratio"] = draw.choice([0.0, 10 ** draw.uniform(-3, -1)])
+    if seed % 3 == 2:
+        values["yield_speed"] = 10 ** draw.uniform(-2.5, 0)
+        values["masses"][-1]["yield_speed"] = 10 ** draw.uniform(-2.5, 0)
     return values, state
 
 

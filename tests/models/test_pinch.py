@@ -12,7 +12,7 @@ from damper import Parameters, State, events
 from damper.engine.compiled import plain
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
 from damper.models import start_run
-from damper.models.several.bodies import BODY, CAUSE, COMPLETION, GAP, MODE, RATE, SIDE
+from damper.models.several.bodies import BODY, CAUSE, COMPLETION, GAP, LEFT, MODE, RATE, SIDE
 from damper.models.several.pinch import close_pinch, share_of_pinch
 from damper.models.tangent import derivative
 from damper.observers.common.laws import broken
@@ -51,7 +51,7 @@ def pinched(seed: int, parts: int = 1) -> tuple[Any, np.ndarray]:
 def impacts(model: Any, bodies: np.ndarray) -> list[tuple[Fraction, np.ndarray]]:
     """Two hundred impacts in whole numbers: time between, and bodies before; fewer if they end."""
     mass = [Fraction(float(ratio)) for ratio in model.masses[:, 0]]
-    restitution = [Fraction(float(model.masses[k, 3 + k])) for k in range(2)]
+    restitution = [Fraction(float(model.masses[k, LEFT + k])) for k in range(2)]
     gap, rate = ([Fraction(float(b[name])) for b in bodies] for name in (GAP, RATE))
     found: list[tuple[Fraction, np.ndarray]] = []
     for number in range(200):
@@ -101,7 +101,7 @@ def test_each_mass_loses_what_its_impacts_take() -> None:
             continue
         rate, speed, k, lost = float(bodies[0, RATE]), -float(bodies[1, RATE]), 1, [0.0, 0.0]
         while speed > 1e-9:
-            mu, r = float(model.masses[k, 0]), float(model.masses[k, 3 + k])
+            mu, r = float(model.masses[k, 0]), float(model.masses[k, LEFT + k])
             lost[k] += mu / (1 + mu) * (1 - r * r) * speed**2
             rate, speed, k = r * speed, mu * (1 + r) / (1 + mu) * speed - rate, 1 - k
         bodies[:, MODE] = TAIL

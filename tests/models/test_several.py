@@ -14,7 +14,7 @@ from forced_scenes import ERROR, FORCES
 from project_copy import small_study
 from scenes import GENERIC, QUIET
 from scipy.integrate import solve_ivp
-from several_scenes import growth, largest_error, length_of, pairs_of, several_scene
+from several_scenes import growth, largest_error, length_of, pairs_of, several_scene, supported
 
 from damper import Parameters, SIParameters, State, events, periodic_orbit, simulate
 from damper.engine.compiled import plain
@@ -57,6 +57,15 @@ def test_events_against_many_digits(force: str, seed: int) -> None:
     pairs = pairs_of(values, state, until)
     assert len(pairs) >= 2
     error = largest_error(pairs)
+    assert error < ERROR or error < 1e-14 * growth(values, state, until)
+
+
+@pytest.mark.parametrize(("force", "seed"), thinned(CASES, lambda case: case[1] == 0))
+@plain
+def test_events_with_supports_against_many_digits(force: str, seed: int) -> None:
+    values, state = supported(several_scene, force, seed)
+    until = length_of(values, state)
+    error = largest_error(pairs_of(values, state, until))
     assert error < ERROR or error < 1e-14 * growth(values, state, until)
 
 
@@ -516,8 +525,6 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"masses": [{}, {"clearance": 0}]}, r"^clearance = 0\.0 of mass 1: each of several must"),
     ({"masses": [{}], "modulation_depth": 0.1}, r"^masses and modulation_depth: "),
     ({"masses": [{}], "unit_count": 2}, r"^masses and unit_count: "),
-    ({"masses": [{}], "yield_speed": 0.1}, r"^yield_speed and masses: several masses have a const"),
-    ({"unit_count": 2, "yield_speed": 0.1}, r"^yield_speed and unit_count: several masses have"),
     ({"unit_count": 2, "modulation_depth": 0.1}, r"modulation_depth .time_varying. and unit_count"),
     ({"unit_count": 1.5}, r"^unit_count = 1\.5: must be .* whole"),
 ]

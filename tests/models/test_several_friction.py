@@ -1,6 +1,8 @@
 """Dry friction of several free masses: against many digits, each rule in a scene of its own."""
 
 import math
+from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -11,7 +13,7 @@ from event_pairs import KINDS
 from forced_scenes import ERROR, FORCES
 from scenes import QUIET
 from scipy.optimize import brentq
-from several_scenes import length_of, rubbing_error, rubbing_scene
+from several_scenes import length_of, rubbing_error, rubbing_scene, supported
 
 from damper import Base, Parameters, SIParameters, State, events, simulate
 from damper.engine.compiled import plain
@@ -47,6 +49,13 @@ CASES = [(force, seed) for force in FORCES for seed in range(3)]
 @plain
 def test_events_against_many_digits(force: str, seed: int) -> None:
     values, state = rubbing_scene(force, seed)
+    assert rubbing_error(values, state, length_of(values, state)) < ERROR
+
+
+@pytest.mark.parametrize(("force", "seed"), thinned(CASES, lambda case: case[1] == 2))
+@plain
+def test_events_with_supports_against_many_digits(force: str, seed: int) -> None:
+    values, state = supported(rubbing_scene, force, seed)
     assert rubbing_error(values, state, length_of(values, state)) < ERROR
 
 
@@ -119,14 +128,17 @@ def test_equal_masses_in_step_are_one(count: int) -> None:
     assert kinds == {0, STICK, RELEASE, REST, SLIP, REVERSAL}
 
 
+@pytest.mark.parametrize(
+    "scene", [rubbing_scene, partial(supported, rubbing_scene)], ids=["free", "supported"]
+)
 @plain
-def test_energy_balance_and_laws() -> None:
-    """To 1e-12 of the turnover, friction's part with it."""
+def test_energy_balance_and_laws(scene: Callable[[str, int], Any]) -> None:
+    """To 1e-12 of the turnover, the losses in friction and in supports with it."""
     observers = {"response": {"friction_loss": True}, "laws": {}}
     forces = ["harmonic", "base in the ground's frame", "record of a force"]
     forces += ["record of the base", "base in its own frame"]
     for seed, force in enumerate(forces):
-        values, state = rubbing_scene(force, seed)
+        values, state = scene(force, seed)
         ask = {"transient": 0, "periods": 1, "max_events": 5000}
         arrays, _ = run_points([values], observers, state=State(*state), **ask)
         assert not broken(arrays).any(), force
@@ -313,7 +325,9 @@ def test_energy_in_any_part_of_a_tail(friction: float) -> None:
             ends = low * s.completion, high * s.completion
             part = integrate_segment(model, prepare_tables(model), s, *ends, 0.0)
             stored = [stored_energy(model, s, tau) for tau in ends]
-            lost = 2.0 * p.damping_ratio * part.speed_square + part.loss + part.support
+            lost = (
+                2.0 * p.damping_ratio * part.speed_square + part.loss + part.support + part.friction
+            )
             found.append(abs(part.work - lost - (stored[1] - stored[0])))
         left.append(max(found) / (0.5 * p.mass_ratio * s.gap_rate**2))
     assert left[0] < 0.01

@@ -1,6 +1,7 @@
 """Deviations of several free masses, with and without dry friction, against differences of runs."""
 
 import random
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 from differences import difference, differences
 from forced_scenes import FORCES
-from several_scenes import length_of, rubbing_scene, several_scene
+from several_scenes import length_of, rubbing_scene, several_scene, supported
 
 from damper import Parameters, State
 from damper.engine.compiled import plain
@@ -39,7 +40,7 @@ from damper.sweep.orbits.arcs import state_of, vector
 #: Time before masses stick within which events are not compared: which impact of a sequence is the
 #: last that is resolved is a matter of digits, and so is what it moves.
 LAST = 1e-6
-KINDS = ("rubbing", "resting", "without friction")
+KINDS = ("rubbing", "resting", "without friction", "supported", "supported, resting")
 SCENES = 3
 CASES = [(kind, 0) for kind in KINDS]
 CASES += [
@@ -72,7 +73,13 @@ def resting_scene(force: str, seed: int) -> tuple[dict[str, Any], tuple[Any, ...
     return values, (x, v, [x + d * draw.uniform(-1, 1) for d in clearances], state[3])
 
 
-SCENE_OF = {"rubbing": rubbing_scene, "resting": resting_scene, "without friction": several_scene}
+SCENE_OF = {
+    "rubbing": rubbing_scene,
+    "resting": resting_scene,
+    "without friction": several_scene,
+    "supported": partial(supported, several_scene),
+    "supported, resting": partial(supported, resting_scene),
+}
 
 
 def scenes(kind: str, block: int) -> Any:
@@ -121,6 +128,8 @@ def happened(p: Parameters, log: np.ndarray) -> set[str]:
 ALWAYS = {"without friction": {"tail", "parted hits=True stops=False"}}
 ALWAYS["rubbing"] = ALWAYS["without friction"] | {"rest", "reversal hits=False"}
 ALWAYS["resting"] = {"rest", "two rest", "parted hits=True stops=False", "reversal hits=False"}
+ALWAYS["supported"] = {"tail"}
+ALWAYS["supported, resting"] = {"rest", "reversal hits=False"}
 
 
 @pytest.mark.parametrize(("kind", "block"), CASES)
@@ -146,6 +155,7 @@ def test_deviations_are_differences_of_runs(kind: str, block: int) -> None:
 
 NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "gravity")
 NAMES += ("clearance_1", "mass_ratio_1", "gravity_1", "friction_1")
+SUPPORTS = ("support_stiffness_ratio", "support_damping_ratio", "support_stiffness_ratio_1")
 
 
 @pytest.mark.parametrize(("kind", "block"), CASES)
@@ -153,7 +163,10 @@ NAMES += ("clearance_1", "mass_ratio_1", "gravity_1", "friction_1")
 def test_changes_by_parameters_are_differences_of_runs(kind: str, block: int) -> None:
     """Of all masses, and of one."""
     each = scenes(kind, block)
-    for name in NAMES if kind != "without friction" else NAMES[:-1]:
+    names = {"without friction": NAMES[:-1]}.get(kind, NAMES)
+    if "supported" in kind:
+        names = ("clearance", "mass_ratio", "frequency_ratio", *SUPPORTS)
+    for name in names:
         compared = 0
         while compared < (1 if block == 0 else 2):
             p, start, until = next(each)

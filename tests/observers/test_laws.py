@@ -215,7 +215,7 @@ MODELS = {
     "rigid": {},
     "grounded": {"support_stiffness_ratio": 0.02},
     "sliding": {"friction": 0.02},
-    "grounded, sliding": {"support_damping_ratio": 0.02, "friction": 0.02},
+    "grounded, sliding": {"support_stiffness_ratio": 0.02, "friction": 0.02},
     "several": {"masses": [{}, {"mass_ratio": 0.2}]},
     "several that rub": {"masses": [{"friction": 0.02}, {"mass_ratio": 0.2}]},
 }

@@ -77,6 +77,12 @@ def _yielding(law, approach_speed):
     return law.restitution * (law.yield_speed / approach_speed) ** 0.25
 
 
+@rebound_slope.of(YieldingRestitution)
+def _yielding_slope(law, approach_speed):
+    r = restitution_at(law, approach_speed)
+    return r if approach_speed <= law.yield_speed else 0.75 * r
+
+
 #: Name -> class, whose fields are those of `damper.Parameters` that it takes.
 LAWS: dict[str, Any] = {"constant": ConstantRestitution, "yielding": YieldingRestitution}
 

@@ -45,7 +45,8 @@ def weighed(
 def free_mass_of(parameters: Parameters, drive: Drive) -> Ballistic | Oscillator:
     """The free mass in flight: what force, gravity and support do to it."""
     p, strength = parameters, drive.share * drive.amplitude
-    damping, stiffness = p.support_damping_ratio / p.mass_ratio, p.support_stiffness_ratio / p.mass_ratio
+    damping = p.support_damping_ratio / p.mass_ratio
+    stiffness = p.support_stiffness_ratio / p.mass_ratio
     if damping or stiffness:
         # Without a spring the support is its dashpot alone; an oscillator needs some stiffness.
         return weighed(damping, stiffness or 1e-100, strength, drive.forcing, -p.gravity)

@@ -58,7 +58,8 @@ class Parameters(Declared):
         `Record` or `Noise`, or "harmonic", "none", "base" or "unbalance".
     masses : sequence of mapping, optional
         Several free masses, a mapping for each: its own `mass_ratio`, `clearance`, `restitution`,
-        `restitution_left`, `gravity` and `friction`, in place of the values for all masses.
+        `restitution_left`, `yield_speed`, `gravity`, `friction`, `support_stiffness_ratio`
+        and `support_damping_ratio`, in place of the values for all masses.
         ``masses=[{}] * 4`` are four equal masses.
 
     Raises
@@ -337,7 +338,7 @@ class Parameters(Declared):
     @cached_property
     def features(self) -> tuple[str, ...]:
         """All of `damper.models` that these parameters ask for: walls, count, support, friction."""
-        asked = {*_asked(self.__dict__)} - {"grounded", "sliding"}
+        asked = {*_asked(self.__dict__)} - _OF_EACH
         if self.masses is not None:
             asked.add("several")
         if any(one.support_stiffness_ratio or one.support_damping_ratio for one in self.each):
@@ -416,8 +417,8 @@ class SIParameters(Declared, shares=Parameters):
         forcing's amplitude B, and sets the unit of length: F0/K of a force, B of the motion of a
         base, B/M of an unbalance, B M/K of the acceleration of a base.
     masses : sequence of mapping, optional
-        As for `Parameters`, with `free_mass`, `gap` and `friction_coefficient` in place of mass
-        ratio, clearance and friction.
+        As for `Parameters`, with `free_mass`, `gap`, `friction_coefficient`, `support_stiffness`
+        and `support_damping` in place of the dimensionless quantities.
 
     Raises
     ------
@@ -686,6 +687,8 @@ _CHOOSING = tuple(q for q in Parameters.quantities if q.model and q.chooses)
 _OF_LAWS = tuple(q for q in Parameters.quantities if q.law)
 
 
+#: Models that each of several masses may be one of.
+_OF_EACH = {"sliding", "grounded"}
 #: Order of `Parameters.features`.
 _ORDER = ("compliant", "time_varying", "several", "grounded", "sliding")
 
@@ -716,7 +719,7 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
         return called.get(name, name)
 
     asked = _asked(values)
-    if len(asked) > 1 and {*asked} not in ({"sliding", "several"}, {"sliding", "grounded"}):
+    if len(asked) > 1 and {*asked} not in ({"sliding", "several"}, _OF_EACH):
         words = (f"{', '.join(map(named, names))} ({model})" for model, names in asked.items())
         raise ValueError(f"{' and '.join(words)} ask for different models: give those of one")
     laws = _laws(values)
@@ -748,16 +751,11 @@ def _check_several(
     values: Mapping[str, Any], asked: Mapping[str, list[str]], named: Callable[[str], str]
 ) -> None:
     if values.get("masses") is not None:
-        for name in [n for model, names in asked.items() if model != "sliding" for n in names]:
+        beside = {model: names for model, names in asked.items() if model not in _OF_EACH}
+        for name in [n for names in beside.values() for n in names]:
             raise ValueError(
-                f"masses and {named(name)}: several free masses have rigid walls, no support and "
-                f"constant mass; leave out {named(name)} or masses"
-            )
-    if values.get("masses") is not None or "several" in asked:
-        for q in _laws(values):
-            raise ValueError(
-                f"{named(q.name)} and {'unit_count' if 'several' in asked else 'masses'}: several "
-                "masses have a constant restitution; leave out one of the two"
+                f"masses and {named(name)}: several free masses have rigid walls and constant "
+                f"mass; leave out {named(name)} or masses"
             )
 
 

@@ -4,8 +4,14 @@ import difflib
 from collections.abc import Iterable
 
 #: Quantities of a single mass, in the names of `damper.Parameters` and of `SIParameters`.
-OF_A_MASS = ("mass_ratio", "clearance", "restitution", "restitution_left", "gravity", "friction")
-OF_A_MASS_SI = ("free_mass", "gap", *OF_A_MASS[2:-1], "friction_coefficient")
+OF_A_MASS = (
+    *("mass_ratio", "clearance", "restitution", "restitution_left", "gravity", "friction"),
+    *("yield_speed", "support_stiffness_ratio", "support_damping_ratio"),
+)
+OF_A_MASS_SI = (
+    *("free_mass", "gap", *OF_A_MASS[2:5], "friction_coefficient"),
+    *("yield_speed", "support_stiffness", "support_damping"),
+)
 #: In either system.
 OF_ANY_MASS = tuple(dict.fromkeys((*OF_A_MASS, *OF_A_MASS_SI)))
 

@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine import model as declared
-from damper.engine.bodies import Ballistic, acceleration_of, body_at, sum_after
+from damper.engine.bodies import Ballistic, acceleration_of, body_at, strength_on, sum_after
 from damper.engine.compiled import compiled, plain
 from damper.engine.dispatch import by_class, by_class_or_default
-from damper.engine.forcing import phase_at
+from damper.engine.forcing import common, phase_at
 from damper.engine.forcing.weighed import WeighedForce
-from damper.engine.impact import ConstantRestitution
+from damper.engine.impact import YieldingRestitution
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -25,14 +25,13 @@ from damper.engine.search import HORIZON, ROUNDOFF, point_at
 from damper.engine.segment import NOTHING, RESTING, STICKING, TAIL, Segment
 from damper.models.flights import Both, gap_of
 from damper.models.forces import drive_of
-from damper.models.masses import NoFriction as NoRub
-from damper.models.masses import Rigid
+from damper.models.masses import NoFriction, Rigid
 from damper.models.masses import prepare as prepare_one
 from damper.models.masses.holds import pushed_by
 from damper.parameters import Parameters
 
 #: Columns of `Several.masses`.
-RATIO, CLEARANCE, GRAVITY, LEFT, RIGHT = range(5)
+RATIO, CLEARANCE, GRAVITY, STIFFNESS, DAMPING, LEFT, RIGHT, YIELDS = range(8)
 #: Columns of `SeveralSegment.bodies`, as the fields of a `Segment`; the cause is one that is still
 #: to be told in a row of its own, the speed that of an impact at this instant, or minus that of a
 #: kick that is none: what sticks has left its wall, and is back. The completion is minus the time
@@ -52,14 +51,14 @@ LIFTS = -1.0
 LEAST_FRICTION = 1e-300
 
 
-class NoFriction(NamedTuple):
+class NoFrictions(NamedTuple):
     """No free mass rubs on its box."""
 
     accelerations: np.ndarray
     """All are 0."""
 
 
-class Friction(NamedTuple):
+class Frictions(NamedTuple):
     """Dry friction of free masses and their boxes."""
 
     accelerations: np.ndarray
@@ -84,14 +83,20 @@ class Several(NamedTuple):
     share: float
     """Acceleration of a free mass by the force, over that of the primary."""
     masses: np.ndarray
-    """A row each: mass ratio, clearance, gravity, restitution of the left and of the right wall."""
+    """A row for each mass.
+
+    Mass ratio, clearance and gravity; stiffness and damping of the support, as of an oscillator of
+    its own; restitution of the left and of the right wall at low speeds, and the yield speed.
+    """
     friction: Any
-    """`Friction`, or `NoFriction` where no mass rubs."""
+    """`Frictions`, or `NoFrictions` where no mass rubs on its box."""
 
     @property
     def features(self) -> tuple[str, ...]:
         """What the masses have, as `damper.parameters.models` calls it."""
-        return ("several", *["sliding"] * isinstance(self.friction, Friction))
+        supported = np.any(self.masses[:, STIFFNESS] > 0.0)
+        rubs = isinstance(self.friction, Frictions)
+        return ("several", *["grounded"] * int(supported), *["sliding"] * rubs)
 
 
 class SeveralSegment(NamedTuple):
@@ -141,19 +146,29 @@ def prepare(
     """Constants of one run; along friction slides stop also where there is none yet."""
     p = parameters
     each = p.each
-    made = prepare_one(each[0], law, accuracy)
+    ones = [prepare_one(q, law, accuracy) for q in each]
+    made = ones[0]
     drive = drive_of(p)
-    masses = np.array([(q.mass_ratio, q.clearance, q.gravity, *q.restitutions) for q in each])
+    masses = np.array(
+        [
+            (q.mass_ratio, q.clearance, q.gravity, m.stiffness, m.damping, *q.restitutions)
+            for q, m in zip(each, [one.mass for one in ones], strict=True)
+        ]
+    )
+    masses = np.column_stack([masses, [q.yield_speed for q in each]])
     total = float(np.sum(masses[:, RATIO]))
     heavier = 1.0 + total
     strength = drive.amplitude * (1.0 + total * drive.share) / heavier
+    damping = p.damping_ratio + sum(q.support_damping_ratio for q in each)
+    stiffness = 1.0 + sum(q.support_stiffness_ratio for q in each)
     forcing, mass = drive.forcing, Ballistic(0.0)
     least = LEAST_FRICTION if along_friction else 0.0
     friction = np.array([max(q.friction, least) for q in each])
     rubs = bool(friction.any())
-    if np.any(masses[:, GRAVITY] != 0.0) or rubs:
+    supported = bool(np.any(masses[:, STIFFNESS] > 0.0))
+    if np.any(masses[:, GRAVITY] != 0.0) or rubs or supported:
         forcing = WeighedForce(forcing, strength, 0.0)
-    if drive.share:
+    if drive.share or supported:
         weighed = WeighedForce(drive.forcing, drive.share * drive.amplitude, 0.0)
         mass = oscillator(0.0, 0.0, 1.0, weighed)
     return Several(
@@ -161,13 +176,13 @@ def prepare(
         float(np.max(masses[:, CLEARANCE])),
         law,
         made.cycle,
-        made.tolerance,
+        min(one.tolerance for one in ones),
         made.free,
-        _driven(forcing, p.damping_ratio / heavier, 1.0 / heavier, strength, 0.0),
+        _driven(forcing, damping / heavier, stiffness / heavier, strength, 0.0),
         mass,
         drive.share,
         masses,
-        Friction(friction) if rubs else NoFriction(friction),
+        Frictions(friction) if rubs else NoFrictions(friction),
     )
 
 
@@ -186,16 +201,39 @@ def _driven_weighed(forcing, damping, stiffness, strength, weight):
 def mass_of(model: Several, k: int, way: float) -> Any:
     """A free mass in flight, which rubs on its box where it goes a `way`."""
     slowed = way * friction_of(model.friction, k)
-    return pushed_by(model.mass, -(float(model.masses[k, GRAVITY]) + slowed))
+    return _with_weight(model.mass, model, k, -(float(model.masses[k, GRAVITY]) + slowed))
+
+
+@by_class
+def _with_weight(mass: Any, model: Several, k: int, acceleration: float) -> Any:
+    """A free mass on its support, with a constant acceleration."""
+
+
+@_with_weight.of(Ballistic)
+def _ballistic_with_weight(mass, model, k, acceleration):
+    return pushed_by(mass, acceleration)
+
+
+@_with_weight.of(Oscillator)
+def _supported_with_weight(mass, model, k, acceleration):
+    stiffness, damping = float(model.masses[k, STIFFNESS]), float(model.masses[k, DAMPING])
+    if stiffness == 0.0:
+        return pushed_by(mass, acceleration)
+    weighed = WeighedForce(common(mass.forcing), strength_on(mass), acceleration)
+    return oscillator(damping, stiffness, 1.0, weighed)
+
+
+@compiled
+def offset_of(model: Several, b: np.ndarray, k: int) -> float:
+    """Displacement of a mass less the primary's."""
+    return float(b[SIDE]) * (float(model.masses[k, CLEARANCE]) - float(b[GAP]))
 
 
 @compiled
 def own_acceleration(model: Several, s: SeveralSegment, k: int, v: float, way: float) -> float:
     """Acceleration of a mass that nothing holds, at the primary's velocity `v`, sliding a way."""
-    b = s.bodies[k]
-    y = s.x + float(b[SIDE]) * (float(model.masses[k, CLEARANCE]) - float(b[GAP]))
     phase = phase_at(model.free.forcing, s.periods, s.time)
-    return acceleration_of(mass_of(model, k, way), y, v, phase)
+    return acceleration_of(mass_of(model, k, way), s.x + offset_of(model, s.bodies[k], k), v, phase)
 
 
 @by_class
@@ -203,24 +241,53 @@ def friction_of(friction: Any, k: int) -> float:
     """Acceleration that friction gives a free mass while it slides."""
 
 
-@friction_of.of(NoFriction)
+@friction_of.of(NoFrictions)
 def _no_friction(friction, k):
     return 0.0
 
 
-@friction_of.of(Friction)
+@friction_of.of(Frictions)
 def _friction_of(friction, k):
     return float(friction.accelerations[k])
 
 
 @compiled
-def primary_with(model: Several, joined: float, pull: float) -> Oscillator:
-    """The primary with masses of the ratio `joined` and the weight `pull`."""
+def primary_with(
+    model: Several, joined: float, damping: float, stiffness: float, pull: float
+) -> Oscillator:
+    """The primary with masses of the ratio `joined`.
+
+    Damping and stiffness are those of all supports and of the primary; `pull` is the constant force
+    to the left.
+    """
     heavier = 1.0 + joined
     strength = model.free.strength * (1.0 + joined * model.share) / heavier
     return _driven(
-        model.stuck.forcing, model.free.damping / heavier, 1.0 / heavier, strength, -pull / heavier
+        model.stuck.forcing, damping / heavier, stiffness / heavier, strength, -pull / heavier
     )
+
+
+@compiled
+def pull_of(model: Several, k: int, offset: float) -> float:
+    """Constant force to the left of a mass that moves with the primary at an offset."""
+    m = model.masses[k]
+    return float(m[RATIO]) * (float(m[GRAVITY]) + float(m[STIFFNESS]) * offset)
+
+
+@compiled
+def primary_in(model: Several, ways: np.ndarray, offsets: np.ndarray) -> Oscillator:
+    """The primary with the masses that move with it (`JOINED`), under the friction of slides."""
+    joined, damping, stiffness, pull = 0.0, model.free.damping, 1.0, 0.0
+    for k in range(len(ways)):
+        ratio = float(model.masses[k, RATIO])
+        if ways[k] == JOINED:
+            joined += ratio
+            damping += ratio * float(model.masses[k, DAMPING])
+            stiffness += ratio * float(model.masses[k, STIFFNESS])
+            pull += pull_of(model, k, float(offsets[k]))
+        else:
+            pull -= ratio * float(ways[k]) * friction_of(model.friction, k)
+    return primary_with(model, joined, damping, stiffness, pull)
 
 
 @compiled
@@ -233,13 +300,13 @@ def view_of(model: Several, start: Start, k: int, ratio: float, side: float, way
     return Rigid(
         ratio / (1.0 + start.joined),
         float(model.masses[k, CLEARANCE]),
-        ConstantRestitution(restitution_of(model, k, side)),
+        law_of(model, k, side),
         model.cycle,
         model.tolerance,
         osc,
         osc,
         mass_of(model, k, way),
-        NoRub(),
+        NoFriction(),
     )
 
 
@@ -348,23 +415,35 @@ def is_joined(mode: float) -> bool:
     return is_on_wall(mode) or mode == RESTING
 
 
+@compiled
+def ways_in(bodies: np.ndarray) -> np.ndarray:
+    """Which way each mass slides, `JOINED` where it moves with the primary."""
+    ways = bodies[:, WAY].copy()
+    for k in range(len(bodies)):
+        if is_joined(bodies[k, MODE]):
+            ways[k] = JOINED
+    return ways
+
+
 @declared.begin.of(Several)
 def begin(model: Several, segment: SeveralSegment) -> Start:
     """What the motion in a segment follows from; see `damper.engine.model.begin`."""
     s = segment
-    joined, pull, carried = 0.0, 0.0, 0.0
+    joined, damping, stiffness, pull, carried = 0.0, model.free.damping, 1.0, 0.0, 0.0
     for k in range(len(s.bodies)):
         b = s.bodies[k]
         if is_joined(b[MODE]):
             ratio = float(model.masses[k, RATIO])
             joined += ratio
-            pull += ratio * float(model.masses[k, GRAVITY])
+            damping += ratio * float(model.masses[k, DAMPING])
+            stiffness += ratio * float(model.masses[k, STIFFNESS])
+            pull += pull_of(model, k, offset_of(model, b, k))
             if b[MODE] == TAIL:
                 carried += float(b[SIDE]) * ratio * float(b[RATE])
         else:
             rubs = float(b[WAY]) * friction_of(model.friction, k)
             pull -= float(model.masses[k, RATIO]) * rubs
-    osc = primary_with(model, joined, pull)
+    osc = primary_with(model, joined, damping, stiffness, pull)
     phase = phase_at(osc.forcing, s.periods, s.time)
     primary = motion_from(osc, s.x, s.v - carried / (1.0 + joined), phase)
     return Start(osc, joined, _lifting(model.mass, model, s, osc, primary))
@@ -391,6 +470,13 @@ def _lifting_driven(mass, model, s, osc, primary):
 
 
 @compiled
+def law_of(model: Several, k: int, side: float) -> YieldingRestitution:
+    """Contact law of a mass at one of its walls."""
+    yields = float(model.masses[k, YIELDS])
+    return YieldingRestitution(float(model.masses[k, LEFT if side < 0.0 else RIGHT]), yields)
+
+
+@compiled
 def restitution_of(model: Several, k: int, side: float) -> float:
-    """Coefficient of restitution of a body at one of its walls."""
+    """Coefficient of restitution of a mass at one of its walls, at low speeds."""
     return float(model.masses[k, LEFT if side < 0.0 else RIGHT])

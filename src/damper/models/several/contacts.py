@@ -7,6 +7,7 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at
+from damper.engine.impact import restitution_at
 from damper.engine.oscillator import motion_from
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import (
@@ -38,8 +39,8 @@ from damper.models.several.bodies import (
     SeveralSegment,
     friction_of,
     is_joined,
+    law_of,
     own_acceleration,
-    restitution_of,
 )
 from damper.models.several.pinch import NOTHING_LEFT
 
@@ -121,7 +122,8 @@ def hit(model: Several, v: float, bodies: np.ndarray, arriving: np.ndarray) -> t
                 b[FIRST] = 0.0
             b[GAP], b[SIDE], b[SPEED] = 0.0, arriving[k], speed
             walls[k] = b[SIDE]
-            levels[k] = walls[k] * (1.0 + restitution_of(model, k, float(b[SIDE]))) * speed
+            r = restitution_at(law_of(model, k, float(b[SIDE])), speed)
+            levels[k] = walls[k] * (1.0 + r) * speed
         elif b[MODE] == STICKING or (b[GAP] == 0.0 and b[RATE] == 0.0):
             walls[k] = b[SIDE]
     change, pushes = balance(0.0, ratios, levels, walls, np.zeros(count))
@@ -129,7 +131,8 @@ def hit(model: Several, v: float, bodies: np.ndarray, arriving: np.ndarray) -> t
     for k in range(count):
         b = bodies[k]
         if arriving[k] != 0.0:
-            r, speed = restitution_of(model, k, float(b[SIDE])), float(b[SPEED])
+            speed = float(b[SPEED])
+            r = restitution_at(law_of(model, k, float(b[SIDE])), speed)
             if pushes[k] == 1.0:
                 impulse = float(ratios[k] * walls[k] * (levels[k] - change))
                 loss += 0.5 * impulse * (1.0 - r) * speed

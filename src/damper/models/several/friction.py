@@ -30,15 +30,15 @@ from damper.models.several.bodies import (
     CAUSE,
     COMPLETION,
     GAP,
-    GRAVITY,
     MODE,
     RATE,
     RATIO,
     SIDE,
     SPEED,
     WAY,
-    Friction,
+    Frictions,
     friction_of,
+    own_acceleration,
 )
 from damper.models.several.contacts import decide_contacts, negligible
 from damper.models.several.log import segment_of_all
@@ -56,7 +56,7 @@ from damper.models.several.tails import (
 # --- what happens next
 
 
-@first_stop.of(Friction)
+@first_stop.of(Frictions)
 def _first_stop(friction, own, view, segment, way, last, slowest):
     if way == 0.0:
         return NextEvent(last, 0.0, 0, False)
@@ -72,7 +72,7 @@ def _first_stop(friction, own, view, segment, way, last, slowest):
 # --- chatter
 
 
-@fade.of(Friction)
+@fade.of(Frictions)
 def _fade(friction, model, s, start):
     fades = _fading(friction, model, s)
     if not np.any(fades):
@@ -80,13 +80,13 @@ def _fade(friction, model, s, start):
     return True, _stop(model, s, start, fades)
 
 
-@settle_again.of(Friction)
+@settle_again.of(Frictions)
 def _settle_again(friction, model, s, v):
     # Slides may have turned round.
     decide_contacts(model, segment_of_all(s.periods, s.time, s.x, v, s.bodies), TAIL)
 
 
-@is_over.of(Friction)
+@is_over.of(Frictions)
 def _is_over(friction, model, s, start, k, chatter):
     return has_nothing_left(model, s, start, k, 0.0)
 
@@ -105,7 +105,8 @@ def _fading(friction, model, s):
     any_hits = False
     for k in range(len(bodies)):
         b, most = bodies[k], friction_of(friction, k)
-        least = (a + abs(float(model.masses[k, GRAVITY])) + most) * negligible(model) ** 2
+        own = abs(own_acceleration(model, s, k, s.v, 0.0))
+        least = (a + own + most) * negligible(model) ** 2
         near = 2.0 * b[GAP] <= least
         if b[MODE] == FLIGHT and abs(b[RATE]) <= least and (near or most > 0.0):
             fades[k] = 1.0

@@ -5,6 +5,7 @@ import numpy as np
 from damper.engine.bodies import acceleration_of
 from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at, rate_of
+from damper.engine.impact import restitution_at
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import IMPACT, NOTHING, RESTING, STICKING, TAIL
 from damper.models.laws import (
@@ -21,6 +22,7 @@ from damper.models.laws import (
 from damper.models.several.bodies import (
     CAUSE,
     CLEARANCE,
+    DAMPING,
     GAP,
     GRAVITY,
     MODE,
@@ -28,14 +30,15 @@ from damper.models.several.bodies import (
     RATIO,
     SIDE,
     SPEED,
+    STIFFNESS,
     Several,
     begin,
     flight_of_body,
     friction_of,
     gap_after,
     is_joined,
+    law_of,
     mass_of,
-    restitution_of,
 )
 from damper.models.several.motion import bodies_in, primary_after
 
@@ -79,11 +82,22 @@ def _is_over(model, s, k, rebound):
     y = s.x + float(s.bodies[k, SIDE] * model.masses[k, CLEARANCE])
     a = acceleration_of(model.free, s.x, s.v, phase)
     pressed = abs(a - acceleration_of(mass_of(model, k, 0.0), y, s.v, phase))
-    # What rests with the primary pulls it at most as its own weight would.
+    # Masses at rest pull the primary at most as their weight and their supports would.
     pressed += friction_of(model.friction, k) + float(np.max(np.abs(model.masses[:, GRAVITY])))
+    for j in range(len(s.bodies)):
+        pull = support_size(model, j, s.x, s.v)
+        pressed += pull if j == k else float(model.masses[j, RATIO]) * pull
     for j in range(len(s.bodies)):
         pressed += float(model.masses[j, RATIO]) * friction_of(model.friction, j)
     return rebound <= model.tolerance * pressed
+
+
+@compiled
+def support_size(model: Several, k: int, x: float, v: float) -> float:
+    """Size of the acceleration by the support of a mass that moves with the primary."""
+    m = model.masses[k]
+    place = abs(x) + float(m[CLEARANCE])
+    return float(m[STIFFNESS]) * place + 2.0 * float(m[DAMPING]) * abs(v)
 
 
 @compiled
@@ -99,7 +113,7 @@ def _brakes(model, s, rates):
         if is_joined(b[MODE]):
             heavier += ratio
             if _is_hit(s, k) and b[RATE] == 0.0:
-                rate = -restitution_of(model, k, side) * float(rates[k])
+                rate = -restitution_at(law_of(model, k, side), -float(rates[k])) * float(rates[k])
             elif b[SPEED] < 0.0:
                 rate = -float(b[SPEED])
         pushed += side * ratio * rate
@@ -116,7 +130,8 @@ def _speeds(model, last, v, ends, x):
         clearance, gravity = model.masses[k, CLEARANCE], model.masses[k, GRAVITY]
         size += abs(ends[k, _RATE]) + abs(last.bodies[k, RATE])
         size += float(abs(gravity)) * last.duration
-        size += mass_speed(model.mass, float(clearance), abs(x), abs(last.v), last.duration)
+        mass = mass_of(model, k, 0.0)
+        size += mass_speed(mass, float(clearance), abs(x), abs(last.v), last.duration)
     return size
 
 
@@ -145,7 +160,7 @@ def _compare(model, last, s, found):
         if first and _is_hit(s, k):
             any_hit = True
             found.touch = larger(found.touch, violation(gap, size))
-            rebound = -restitution_of(model, k, side) * rate
+            rebound = -restitution_at(law_of(model, k, side), -float(rate)) * rate
             if not (b[MODE] == TAIL and b[RATE] == 0.0 and _is_over(model, s, k, rebound)):
                 law = violation(float(b[RATE]) - (rebound + side * brakes), speeds)
                 found.restitution_law = larger(found.restitution_law, law)
@@ -194,9 +209,10 @@ def _sample(model, s, found):
             # The free mass's velocity is a difference, with the roundoff of its terms.
             energy += ratio * abs(v - side * rate) * (abs(v) + abs(rate))
             energy += ratio * gravity * (abs(x) + clearance)
+            energy += 0.5 * ratio * model.masses[j, STIFFNESS] * (abs(x) + clearance) ** 2
             held = s.bodies[j, MODE] in (STICKING, RESTING)
             if held and not bounces:
-                y = x + side * clearance
+                y = x + side * (clearance - s.bodies[j, GAP])
                 pressed = side * (acceleration_of(mass_of(model, j, 0.0), y, v, phase) - a)
                 if s.bodies[j, MODE] == RESTING:
                     pressed = -abs(pressed)
@@ -204,6 +220,7 @@ def _sample(model, s, found):
                 pressed, gravity = pressed + most, gravity + most
                 speed = abs(v) + abs(s.v) + (force + abs(s.x)) * min(s.duration, 1.0)
                 size = force + gravity + 2.0 * model.free.damping * speed + abs(x) + abs(s.x)
+                size += support_size(model, j, max(abs(x), abs(s.x)), speed)
                 tensile = violation(min(pressed, 0.0), size)
                 found.tensile_force = larger(found.tensile_force, tensile)
         found.largest = max(found.largest, energy)

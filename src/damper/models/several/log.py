@@ -5,7 +5,7 @@ import numpy as np
 from damper.engine import model as declared
 from damper.engine import segment as columns
 from damper.engine.compiled import compiled
-from damper.engine.impact import ConstantRestitution, DifferingWalls
+from damper.engine.impact import DifferingWalls, YieldingRestitution
 from damper.engine.segment import (
     COLUMNS,
     FLIGHT,
@@ -29,6 +29,7 @@ from damper.models.several.bodies import (
     RIGHT,
     SIDE,
     SPEED,
+    YIELDS,
     Several,
     SeveralSegment,
 )
@@ -64,11 +65,12 @@ def _view_of_mass(model, body):
     own = model.masses[body]
     # No motion has a mirror image where the walls of any mass differ.
     unlike = model.masses[model.masses[:, LEFT] != model.masses[:, RIGHT]]
-    left, right = (unlike if len(unlike) else model.masses[[body]])[0, [LEFT, RIGHT]].tolist()
+    row = (unlike if len(unlike) else model.masses[[body]])[0]
+    left, right = (YieldingRestitution(*row[[wall, YIELDS]].tolist()) for wall in (LEFT, RIGHT))
     return model._replace(
         mass_ratio=float(own[RATIO]),
         clearance=float(own[CLEARANCE]),
-        law=DifferingWalls(ConstantRestitution(left), ConstantRestitution(right)),
+        law=DifferingWalls(left, right),
     )
 
 

@@ -29,8 +29,10 @@ from damper.models.several.bodies import (
     RATE,
     RATIO,
     SIDE,
+    YIELDS,
     Several,
     Start,
+    law_of,
     restitution_of,
 )
 
@@ -89,7 +91,10 @@ def turns_of(model: Several, bodies: np.ndarray, k: int, j: int) -> Turns:
     # Fixed points solve second y^2 - (first second + other - own) y + first other = 0.
     middle = 0.5 * (first * second + other - own)
     square = middle * middle - first * second * other
-    endless = first * second >= own + other and square >= 0.0 and y > 0.0
+    # A wall that yields has another restitution turn by turn.
+    speed = -float(c[RATE])
+    yields = min(float(model.masses[j, YIELDS]), float(model.masses[k, YIELDS]) / max(y, 1.0))
+    endless = first * second >= own + other and square >= 0.0 and y > 0.0 and speed <= yields
     if not (endless and second * y > middle - math.sqrt(square)):
         return Turns(y, 0.0, 0.0, math.inf)
     least = min(y, (middle + math.sqrt(square)) / second)
@@ -118,7 +123,7 @@ def _in_step(model, bodies, i, k):
     b, c = bodies[i], bodies[k]
     side = float(c[SIDE])
     moves = b[GAP] == c[GAP] and b[RATE] == c[RATE] and b[MODE] == c[MODE]
-    alike = restitution_of(model, i, side) == restitution_of(model, k, side)
+    alike = law_of(model, i, side) == law_of(model, k, side)
     return bool(moves and alike and b[SIDE] == side)
 
 

@@ -71,18 +71,33 @@ def _stored_energy(model, segment, tau):
     x, v, y, u = state_in(model, segment, tau)
     energy = 0.5 * (v * v + x * x)
     for k in range(len(y)):
-        ratio, gravity = (
-            float(model.masses[k, several.RATIO]),
-            float(model.masses[k, several.GRAVITY]),
-        )
-        energy += ratio * (0.5 * float(u[k]) * float(u[k]) + gravity * float(y[k]))
-    # What the dashpot takes from the centre in the bounce under way; motion leaves it out.
+        energy += energy_of(model, k, float(y[k]), float(u[k]))
+    # The dashpots' loss at the centre in the bounce under way, which motion leaves out.
     ratio, side, _ = _bouncing(model, segment)
     if ratio > 0.0:
         gap = _gap_of_tail(model, segment, tau)
         share = side * ratio / (1.0 + several.begin(model, segment).joined)
         energy -= 2.0 * model.free.damping * v * share * gap
+        for k in range(len(y)):
+            b = segment.bodies[k]
+            if several.is_joined(b[several.MODE]):
+                carried = share - (side if b[several.MODE] == TAIL else 0.0)
+                energy -= 2.0 * _support_damping(model, k) * v * carried * gap
     return energy
+
+
+@compiled
+def energy_of(model: Any, k: int, y: float, u: float) -> float:
+    """Energy of a mass in a state: its motion, its height and its support's spring."""
+    m = model.masses[k]
+    stored = 0.5 * u * u + float(m[several.GRAVITY]) * y + 0.5 * float(m[several.STIFFNESS]) * y * y
+    return float(m[several.RATIO]) * stored
+
+
+@compiled
+def _support_damping(model, k):
+    """Half of a support's dashpot, over the primary's mass."""
+    return float(model.masses[k, several.RATIO] * model.masses[k, several.DAMPING])
 
 
 @compiled
@@ -113,12 +128,12 @@ def rubbed_in(
     """What dry friction takes in a part of a segment, in which bounces carry the primary so far."""
 
 
-@rubbed_in.of(several.NoFriction)
+@rubbed_in.of(several.NoFrictions)
 def _nothing_rubbed(friction, model, segment, low, high, carried):
     return 0.0
 
 
-@rubbed_in.of(several.Friction)
+@rubbed_in.of(several.Frictions)
 def _rubbed_in(friction, model, segment, low, high, carried):
     # A slide goes one way.
     start = several.begin(model, segment)
@@ -156,6 +171,38 @@ def _driven_moved(mass, model, s, start, k, low, high):
     return point_at(moving, high).value - point_at(moving, low).value
 
 
+@compiled
+def _given_up(model, s, k, low, high):
+    """Energy that a mass in flight and its spring give to dashpot and force, not to friction."""
+    b = s.bodies[k]
+    rubs = float(b[several.WAY] * model.masses[k, several.RATIO])
+    rubs *= several.friction_of(model.friction, k)
+    lost = 0.0
+    for tau in (high, low):
+        _, _, y, u = state_in(model, s, tau)
+        place = float(y[k])
+        lost = energy_of(model, k, place, float(u[k])) + rubs * place - lost
+    return lost
+
+
+@compiled
+def _lost_by_joined(model, s, start, square, share, side, low, high):
+    """Loss in the supports of masses that move with the primary, from the integral of its v^2."""
+    # Bounces under way at the ends have carried primary and masses from the centre.
+    carried = 0.0
+    if share != 0.0:
+        for tau, sign in ((low, -1.0), (high, 1.0)):
+            v = start.primary.v + tau * start.primary.a
+            carried += sign * 2.0 * v * _gap_of_tail(model, s, tau)
+    lost = 0.0
+    for k in range(len(s.bodies)):
+        mode = s.bodies[k, several.MODE]
+        if several.is_joined(mode):
+            part = share - (side if mode == TAIL else 0.0)
+            lost += 2.0 * _support_damping(model, k) * (square + part * carried)
+    return lost
+
+
 @declared.integrate_segment.of(several.Several)
 def _integrate_segment(model, tables, segment, low, high, peak):
     s = segment
@@ -170,12 +217,16 @@ def _integrate_segment(model, tables, segment, low, high, peak):
     found = declared.oscillation(moving, low, high, math.inf if smooth else peak)
     work = model.free.strength * (1.0 + start.joined * model.share) * found.work
     rubbed = rubbed_in(model.friction, model, s, low, high, carried)
+    support = _lost_by_joined(model, s, start, found.speed_square, share, side, low, high)
     for k in range(len(s.bodies)):
         if not several.is_joined(s.bodies[k, several.MODE]):
             own = float(model.masses[k, several.RATIO]) * (1.0 + start.joined)
             seg = several.segment_of(s, start, k)
             view = several.view_of(model, start, k, own, seg.side, float(s.bodies[k, several.WAY]))
-            work += declared.work_in_flight(view.mass, view, seg, low, high)
+            on_mass = declared.work_in_flight(view.mass, view, seg, low, high)
+            work += on_mass
+            if model.masses[k, several.DAMPING] > 0.0:
+                support += on_mass + _given_up(model, s, k, low, high)
     lost = 0.0
     if is_pinched(s.bodies):
         for tau in (low, high):
@@ -209,7 +260,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
         found.speed_square,
         found.work,
         heavier * found.loss,
-        0.0,
+        support,
         rubbed + heavier * found.friction,
         0.0,
         found.peak,

@@ -29,8 +29,10 @@ from damper.models.several.bodies import (
     is_joined,
     is_on_wall,
     mass_of,
+    primary_in,
+    ways_in,
 )
-from damper.models.several.tangent import begins_impacts, change_by, impulses, primary_in, ways_in
+from damper.models.several.tangent import begins_impacts, change_by, impulses, offsets_in
 
 
 @sensitivity.clearances_of.register(Several)
@@ -115,7 +117,11 @@ def _after(there, model, s, v):
     """What the flow over a segment adds, with a cycle that is longer in proportion."""
     found = np.zeros(2 + 2 * len(s.bodies))
     slower = there.cycle / model.cycle
-    tau, osc = s.duration * slower, primary_in(there, ways_in(s.bodies))
+    offsets, beside = offsets_in(model, s.bodies), offsets_in(there, s.bodies)
+    for k in range(len(offsets)):
+        if is_on_wall(s.bodies[k, MODE]):
+            offsets[k] = beside[k]
+    tau, osc = s.duration * slower, primary_in(there, ways_in(s.bodies), offsets)
     phase = phase_at(osc.forcing, s.periods, s.time * slower)
     way, gained, _ = increments(osc, motion_from(osc, s.x, v, phase), tau)
     found[0], found[1] = v * tau + way, gained

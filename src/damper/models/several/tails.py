@@ -27,15 +27,18 @@ from damper.models.several.bodies import (
     CAUSE,
     CLEARANCE,
     COMPLETION,
+    DAMPING,
     GAP,
     GRAVITY,
+    JOINED,
     MODE,
     RATE,
     RATIO,
     SIDE,
     SPEED,
+    STIFFNESS,
     WAY,
-    NoFriction,
+    NoFrictions,
     Several,
     SeveralSegment,
     Start,
@@ -44,12 +47,15 @@ from damper.models.several.bodies import (
     flight_of_body,
     friction_of,
     is_joined,
+    law_of,
     mass_of,
+    offset_of,
     own_acceleration,
-    primary_with,
+    primary_in,
     restitution_of,
     segment_of,
     view_of,
+    ways_in,
 )
 from damper.models.several.contacts import common_motion, negligible
 from damper.models.several.pinch import SHORTEST
@@ -86,7 +92,8 @@ def next_event(
     b = s.bodies[k]
     if is_joined(b[MODE]):
         mass, most = mass_of(model, k, 0.0), friction_of(model.friction, k)
-        hold = Hold(start.osc, mass, start.primary, float(b[SIDE]), 0.0, most)
+        offset = offset_of(model, b, k)
+        hold = Hold(start.osc, mass, start.primary, float(b[SIDE]), offset, most)
         here = hold_at_start(hold)
         width = 2.0 * hold.friction if b[MODE] == RESTING else math.inf
         if _is_balanced(here, width):
@@ -131,7 +138,7 @@ def first_stop(
     """When a slide has slowed down to this speed; up to a time."""
 
 
-@first_stop.of(NoFriction)
+@first_stop.of(NoFrictions)
 def _no_stop(friction, own, view, segment, way, last, slowest):
     return NextEvent(last, 0.0, 0, False)
 
@@ -205,7 +212,7 @@ def settle_again(friction: Any, model: Several, s: SeveralSegment, v: float) -> 
     """Ask who rests once others have come to rest, in place: here nothing has changed for them."""
 
 
-@is_over.of(NoFriction)
+@is_over.of(NoFrictions)
 def _is_over(friction, model, s, start, k, chatter):
     ends = chatter.left <= negligible(model)
     return ends and not _meets_another(s.bodies, k, chatter.left)
@@ -257,7 +264,7 @@ def _meets_another(bodies, k, left):
     return False
 
 
-@fade.of(NoFriction)
+@fade.of(NoFrictions)
 def _fade(friction, model, s, start):
     any_brief = False
     for k in range(len(s.bodies)):
@@ -379,10 +386,19 @@ def _chatters_with(model, bodies, k, j):
         c[CAUSE] == IMPACT
         and c[SIDE] == side
         and c[RATE] == b[RATE]
-        and model.masses[j, GRAVITY] == model.masses[k, GRAVITY]
+        and _acts_alike(model, k, j)
         and friction_of(model.friction, j) == friction_of(model.friction, k)
-        and restitution_of(model, j, side) == restitution_of(model, k, side)
+        and law_of(model, j, side) == law_of(model, k, side)
     )
+
+
+@compiled
+def _acts_alike(model, k, j):
+    """Whether gravity and supports act alike on two masses at the same wall."""
+    one, other = model.masses[k], model.masses[j]
+    supports = one[STIFFNESS] == other[STIFFNESS] and one[DAMPING] == other[DAMPING]
+    placed = one[STIFFNESS] == 0.0 or one[CLEARANCE] == other[CLEARANCE]
+    return bool(one[GRAVITY] == other[GRAVITY] and supports and placed)
 
 
 @compiled
@@ -428,14 +444,12 @@ def _is_undisturbed(model, s, start, k, chatter):
 @compiled
 def _together(model, s, start, k, ratio):
     """The motion of the primary with all that chatter as body `k`, of this mass ratio."""
-    bodies, joined = s.bodies, start.joined + ratio
-    pull = ratio * float(model.masses[k, GRAVITY])
+    bodies, joined, offsets = s.bodies, start.joined + ratio, np.zeros(len(s.bodies))
+    ways = ways_in(bodies)
     for j in range(len(bodies)):
-        own = float(model.masses[j, RATIO])
-        if bodies[j, MODE] == STICKING:
-            pull += own * float(model.masses[j, GRAVITY])
-        elif j != k and not _chatters_with(model, bodies, k, j):
-            pull -= own * float(bodies[j, WAY]) * friction_of(model.friction, j)
-    osc = primary_with(model, joined, pull)
+        offsets[j] = offset_of(model, bodies[j], j)
+        if j == k or _chatters_with(model, bodies, k, j):
+            ways[j] = JOINED
+    osc = primary_in(model, ways, offsets)
     v = s.v - float(bodies[k, SIDE]) * ratio / (1.0 + joined) * float(bodies[k, RATE])
     return Start(osc, joined, motion_from(osc, s.x, v, start.primary.phase))

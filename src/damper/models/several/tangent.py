@@ -17,37 +17,41 @@ from typing import Any
 
 import numpy as np
 
-from damper.engine.bodies import acceleration_of, flow_of
+from damper.engine.bodies import flow_of
 from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at
+from damper.engine.impact import rebound_slope, restitution_at
 from damper.engine.model import read_segment
-from damper.engine.oscillator import Oscillator, motion_from
+from damper.engine.oscillator import motion_from
 from damper.engine.segment import COLUMNS, FLIGHT, IMPACT, NOTHING, RESTING, STICKING, TAIL
 from damper.models import tangent
 from damper.models.several.bodies import (
     CAUSE,
     CLEARANCE,
     COMPLETION,
+    DAMPING,
     GAP,
-    GRAVITY,
     JOINED,
     MODE,
     RATE,
     RATIO,
     SIDE,
     SPEED,
+    STIFFNESS,
     TOLD,
     WAS,
     WAY,
     Several,
     SeveralSegment,
     begin,
-    friction_of,
     is_joined,
     is_on_wall,
+    law_of,
     mass_of,
-    primary_with,
-    restitution_of,
+    offset_of,
+    own_acceleration,
+    primary_in,
+    ways_in,
 )
 from damper.models.several.contacts import balance, decide_contacts
 from damper.models.several.log import segment_of_all
@@ -62,15 +66,19 @@ def _friction_in(model):
 
 @tangent.damping_in.of(Several)
 def _damping_in(model, s):
-    return 2.0 * model.free.damping
+    damping = model.free.damping
+    for k in range(len(s.bodies)):
+        if not is_joined(s.bodies[k, MODE]):
+            damping += float(model.masses[k, DAMPING])
+    return 2.0 * damping
 
 
 @tangent.shrunk_by.of(Several)
 def _shrunk_by(model, s):
     k, bodies = int(s.body), s.bodies
     if s.cause == IMPACT:
-        r = restitution_of(model, k, s.side)
-        return r * r
+        law = law_of(model, k, s.side)
+        return rebound_slope(law, s.speed) * restitution_at(law, s.speed)
     if bodies[0, WAS] == TOLD or np.any(bodies[:, SPEED] > 0.0):
         return 1.0  # told of before, or a part of an impact
     a, own = accelerations(model, s, s.v, bodies[:, WAS])
@@ -117,13 +125,18 @@ def _over_time(model, s, low, high, deviations):
     tau = high - low
     if is_pinched(s.bodies):
         return  # it takes no time
+    start = begin(model, s)
+    primary, stiffness = flow_of(start.osc, tau), start.osc.stiffness * (1.0 + start.joined)
+    # Supports of masses that rest off the walls move the place about which the primary swings.
+    shifts = np.zeros(deviations.shape[1])
     for k in range(len(s.bodies)):
         if s.bodies[k, MODE] == RESTING:
             deviations[2 + 2 * k] -= deviations[0]
-    primary = flow_of(begin(model, s).osc, tau)
+            support = float(model.masses[k, RATIO] * model.masses[k, STIFFNESS])
+            shifts += support / stiffness * deviations[2 + 2 * k]
     for c in range(deviations.shape[1]):
-        x, v = deviations[0, c], deviations[1, c]
-        deviations[0, c] = primary.xx * x + primary.xv * v
+        x, v = deviations[0, c] + shifts[c], deviations[1, c]
+        deviations[0, c] = primary.xx * x + primary.xv * v - shifts[c]
         deviations[1, c] = primary.vx * x + primary.vv * v
     for k in range(len(s.bodies)):
         place, mode = 2 + 2 * k, s.bodies[k, MODE]
@@ -157,27 +170,12 @@ def begins_impacts(s: SeveralSegment) -> bool:
 
 
 @compiled
-def ways_in(bodies: np.ndarray) -> np.ndarray:
-    """Which way each mass slides, `JOINED` where it moves with the primary."""
-    ways = bodies[:, WAY].copy()
+def offsets_in(model: Several, bodies: np.ndarray) -> np.ndarray:
+    """Displacements of all masses less the primary's."""
+    found = np.zeros(len(bodies))
     for k in range(len(bodies)):
-        if is_joined(bodies[k, MODE]):
-            ways[k] = JOINED
-    return ways
-
-
-@compiled
-def primary_in(model: Several, ways: np.ndarray) -> Oscillator:
-    """The primary with all that moves with it, under the friction of what slides."""
-    joined, pull = 0.0, 0.0
-    for k in range(len(ways)):
-        ratio = float(model.masses[k, RATIO])
-        if ways[k] == JOINED:
-            joined += ratio
-            pull += ratio * float(model.masses[k, GRAVITY])
-        else:
-            pull -= ratio * float(ways[k]) * friction_of(model.friction, k)
-    return primary_with(model, joined, pull)
+        found[k] = offset_of(model, bodies[k], k)
+    return found
 
 
 @compiled
@@ -185,13 +183,13 @@ def accelerations(
     model: Several, s: SeveralSegment, v: float, ways: np.ndarray
 ) -> tuple[float, np.ndarray]:
     """Accelerations of the primary and of each mass, as for `ways_in`, at a segment's start."""
-    osc = primary_in(model, ways)
+    osc = primary_in(model, ways, offsets_in(model, s.bodies))
     phase = phase_at(osc.forcing, s.periods, s.time)
     a = motion_from(osc, s.x, v, phase).a
     own = np.full(len(ways), a)
     for k in range(len(ways)):
         if ways[k] != JOINED:
-            own[k] = acceleration_of(mass_of(model, k, float(ways[k])), 0.0, 0.0, phase)
+            own[k] = own_acceleration(model, s, k, v, float(ways[k]))
     return a, own
 
 
@@ -316,7 +314,8 @@ def impulses(model: Several, s: SeveralSegment) -> tuple[Any, Any, Any]:
         b = s.bodies[k]
         if b[SPEED] > 0.0:
             walls[k] = b[SIDE]
-            levels[k] = walls[k] * (1.0 + restitution_of(model, k, float(b[SIDE]))) * b[SPEED]
+            r = restitution_at(law_of(model, k, float(b[SIDE])), float(b[SPEED]))
+            levels[k] = walls[k] * (1.0 + r) * b[SPEED]
         elif b[GAP] == 0.0 and (b[WAS] == JOINED or b[RATE] == 0.0):
             walls[k] = b[SIDE]
     _, pushes = balance(0.0, model.masses[:, RATIO], levels, walls, np.zeros(count))
@@ -335,6 +334,12 @@ def change_by(ratios: np.ndarray, levels: np.ndarray, pushes: np.ndarray) -> flo
 
 
 @compiled
+def _turned_by(model, b, k):
+    """Derivative of the change of a mass's relative velocity in its impact, by that velocity."""
+    return 1.0 + rebound_slope(law_of(model, k, float(b[SIDE])), float(b[SPEED]))
+
+
+@compiled
 def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
     """Take deviations over the impacts of an instant, up to where masses join."""
     count = len(s.bodies)
@@ -342,9 +347,18 @@ def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
     sides, levels, pushes = impulses(model, s)
     jump = change_by(ratios, levels, pushes)
     a, own = accelerations(model, s, s.v_before, bodies[:, WAS].copy())
-    after, later = accelerations(model, s, begin(model, s).primary.v, ways_in(bodies))
+    common = begin(model, s).primary.v
+    after, later = accelerations(model, s, common, ways_in(bodies))
     heavier, fastest = 1.0, 0
     for k in range(count):
+        # A support's dashpot brakes the mass's own velocity.
+        drag, side = 2.0 * float(model.masses[k, DAMPING]), float(bodies[k, SIDE])
+        u = s.v - side * float(bodies[k, RATE])
+        if not is_joined(bodies[k, MODE]):
+            later[k] -= drag * (u - common)
+        if bodies[k, WAS] != JOINED:
+            before = s.v_before + side * float(bodies[k, SPEED])
+            own[k] -= drag * ((before if bodies[k, SPEED] > 0.0 else u) - s.v_before)
         heavier += float(ratios[k] * pushes[k])
         if bodies[k, SPEED] > bodies[fastest, SPEED]:
             fastest = k
@@ -364,7 +378,7 @@ def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
                 off = abs(bodies[k, SIDE] * (x - y) - late * speed)
                 parts = parts or off > TOGETHER * (abs(x) + abs(y) + abs(late) * speed)
             if levels[k] != 0.0 and pushes[k] == 1.0:
-                turned = abs(levels[k]) / bodies[k, SPEED]
+                turned = _turned_by(model, bodies[k], k)
                 change += ratios[k] * turned * (deviations[3 + 2 * k, c] - v + (own[k] - a) * late)
         change /= heavier
         for k in range(count):
@@ -372,7 +386,7 @@ def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
             if pushes[k] == 1.0:
                 way, gained = jump, gained + change
                 if levels[k] != 0.0:
-                    turned = abs(levels[k]) / bodies[k, SPEED]
+                    turned = _turned_by(model, bodies[k], k)
                     way -= levels[k]
                     gained -= turned * (deviations[3 + 2 * k, c] - v + (own[k] - a) * late)
             deviations[2 + 2 * k, c] -= way * late
