@@ -26,19 +26,19 @@ from damper.models.several.bodies import (
     GAP,
     MODE,
     PLACE,
+    PREVIOUS_STATE,
     RATE,
+    REPORTED,
     SIDE,
-    TOLD,
+    SLIP_DIRECTION,
     VELOCITY,
-    WAS,
-    WAY,
     Several,
     begin,
     restitution_of,
 )
 from damper.models.several.bodies import prepare as prepare
 from damper.models.several.contacts import clamp_slides, decide_contacts, hit, release
-from damper.models.several.log import segment_of_all, told
+from damper.models.several.log import report_first, segment_of_all
 from damper.models.several.motion import all_after, bounce_in
 from damper.models.several.pinch import close_pinch, is_pinched, turns_of
 from damper.models.several.tails import close, next_event
@@ -64,7 +64,7 @@ def _initial_segment(model, periods, time, x, v, y, u):
         bodies[k, CAUSE] = NOTHING
         bodies[k, PLACE], bodies[k, VELOCITY], bodies[k, ALONE] = place, speed, _KNOWN
     decide_contacts(model, segment_of_all(periods, time, x, v, bodies), STICKING)
-    return told(segment_of_all(periods, time, x, v, bodies), v, 0.0)
+    return report_first(segment_of_all(periods, time, x, v, bodies), v, 0.0)
 
 
 @declared.mass_ratio_at.of(Several)
@@ -91,8 +91,8 @@ def _following(model, segment, start):
     tail = -1
     for k in range(len(s.bodies)):
         if s.bodies[k, CAUSE] != NOTHING:
-            new = told(s, s.v_before, 0.0)
-            new.bodies[:, WAS] = TOLD
+            new = report_first(s, s.v_before, 0.0)
+            new.bodies[:, PREVIOUS_STATE] = REPORTED
             return Step(0.0, True, False, 1, new, start)
         if s.bodies[k, MODE] == TAIL:
             tail = k
@@ -108,17 +108,17 @@ def _complete(model, s, start, tau):
     periods, time, x, v, bodies = all_after(model, s, start, tau, arriving)
     new = segment_of_all(periods, time, x, v, bodies)
     # Slides that have turned round since may let go of what rests.
-    pinched = is_pinched(bodies) or np.any(bodies[:, WAY] != 0.0)
+    pinched = is_pinched(bodies) or np.any(bodies[:, SLIP_DIRECTION] != 0.0)
     for k in range(len(bodies)):
         b = bodies[k]
         if b[MODE] == TAIL:
             b[MODE], b[CAUSE] = STICKING, NOTHING if pinched else STICK
-            b[GAP], b[RATE], b[FIRST], b[COMPLETION], b[WAY] = 0.0, 0.0, 0.0, 0.0, 0.0
+            b[GAP], b[RATE], b[FIRST], b[COMPLETION], b[SLIP_DIRECTION] = 0.0, 0.0, 0.0, 0.0, 0.0
     decide_contacts(model, new, TAIL)
     for k in range(len(bodies)):
         if s.bodies[k, MODE] == TAIL and bodies[k, MODE] == STICKING:
             bodies[k, CAUSE] = STICK
-    new = told(new, v, 0.0)
+    new = report_first(new, v, 0.0)
     return Step(tau, True, False, 1, new, begin(model, new))
 
 
@@ -158,7 +158,7 @@ def _fly(model, s, start):
     for k in range(count):
         if bodies[k, CAUSE] != NOTHING:
             bodies[k, ALONE] = 0.0
-    new = told(segment_of_all(periods, time, x, v, bodies), v_before, loss)
+    new = report_first(segment_of_all(periods, time, x, v, bodies), v_before, loss)
     happened = new.cause != NOTHING
     return Step(last, happened, gave_up, steps, new, begin(model, new))
 

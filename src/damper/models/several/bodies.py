@@ -32,18 +32,21 @@ from damper.parameters import Parameters
 
 #: Columns of `Several.masses`.
 RATIO, CLEARANCE, GRAVITY, STIFFNESS, DAMPING, LEFT, RIGHT, YIELDS = range(8)
-#: Columns of `SeveralSegment.bodies`, as the fields of a `Segment`; the cause is one that is still
-#: to be told in a row of its own, the speed that of an impact at this instant, or minus that of a
-#: kick that is none: what sticks has left its wall, and is back. The completion is minus the time
-#: that is left where all speeds fade away in it. The way is the sign of a velocity less the
-#: primary's where that rubs, else 0. What was is the way before this instant, or that it moved with
-#: the primary, or that a row before has told of the instant.
-GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION, WAY, WAS = range(10)
+#: Columns of `SeveralSegment.bodies`, as the fields of a `Segment`, and more:
+#:
+#: - cause: event not yet written to the log;
+#: - speed: approach speed of an impact at this instant; minus that of a kick whose mass is back at
+#:   its wall at once;
+#: - completion: minus the time left of a tail in which all speeds vanish, or `LIFTS`;
+#: - slip direction: sign of the mass's velocity less the primary's where the mass rubs, else 0;
+#: - previous state: slip direction before this instant, `JOINED`, or `REPORTED` in a further row of
+#:   the same instant.
+GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION, SLIP_DIRECTION, PREVIOUS_STATE = range(10)
 #: Displacement and velocity of a mass in flight by itself, which have no digits of the primary's,
 #: and the time for which nothing has happened to it: 0 where they are not known.
 PLACE, VELOCITY, ALONE = range(10, 13)
 BODY = 13
-JOINED, TOLD = 2.0, 3.0
+JOINED, REPORTED = 2.0, 3.0
 #: In place of a completion: the body has left its wall without a jump of the force just now, so
 #: both accelerations are the same, exactly.
 LIFTS = -1.0
@@ -291,7 +294,9 @@ def primary_in(model: Several, ways: np.ndarray, offsets: np.ndarray) -> Oscilla
 
 
 @compiled
-def view_of(model: Several, start: Start, k: int, ratio: float, side: float, way: float) -> Rigid:
+def single_mass_view(
+    model: Several, start: Start, k: int, ratio: float, side: float, way: float
+) -> Rigid:
     """The rigid damper whose free mass of this ratio is body `k`, and all that sticks primary.
 
     Its walls are as the one of this side.
@@ -351,7 +356,7 @@ def _flight_of_driven(mass, start, view, segment):
 def flight_of_body(model: Several, s: SeveralSegment, start: Start, k: int) -> tuple:
     """The flight of one body: its segment, the damper that it is one of, what it follows from."""
     seg = segment_of(s, start, k)
-    view = view_of(model, start, k, 0.0, seg.side, float(s.bodies[k, WAY]))
+    view = single_mass_view(model, start, k, 0.0, seg.side, float(s.bodies[k, SLIP_DIRECTION]))
     return seg, view, flight_of(view.mass, start, view, seg)
 
 
@@ -418,7 +423,7 @@ def is_joined(mode: float) -> bool:
 @compiled
 def ways_in(bodies: np.ndarray) -> np.ndarray:
     """Which way each mass slides, `JOINED` where it moves with the primary."""
-    ways = bodies[:, WAY].copy()
+    ways = bodies[:, SLIP_DIRECTION].copy()
     for k in range(len(bodies)):
         if is_joined(bodies[k, MODE]):
             ways[k] = JOINED
@@ -441,7 +446,7 @@ def begin(model: Several, segment: SeveralSegment) -> Start:
             if b[MODE] == TAIL:
                 carried += float(b[SIDE]) * ratio * float(b[RATE])
         else:
-            rubs = float(b[WAY]) * friction_of(model.friction, k)
+            rubs = float(b[SLIP_DIRECTION]) * friction_of(model.friction, k)
             pull -= float(model.masses[k, RATIO]) * rubs
     osc = primary_with(model, joined, damping, stiffness, pull)
     phase = phase_at(osc.forcing, s.periods, s.time)
@@ -459,7 +464,7 @@ def _lifting_ballistic(mass, model, s, osc, primary):
     for k in range(len(s.bodies)):
         b = s.bodies[k]
         if b[COMPLETION] == LIFTS:
-            a = mass_of(model, k, float(b[WAY])).acceleration
+            a = mass_of(model, k, float(b[SLIP_DIRECTION])).acceleration
             return motion_at_release(osc, primary.x, primary.v, a, primary.phase)
     return primary
 

@@ -33,8 +33,8 @@ from damper.models.several.bodies import (
     RATE,
     RATIO,
     SIDE,
+    SLIP_DIRECTION,
     SPEED,
-    WAY,
     Several,
     SeveralSegment,
     friction_of,
@@ -171,7 +171,7 @@ def common_motion(model: Several, s: SeveralSegment, walls: np.ndarray, most: np
             levels[k] = own_acceleration(model, s, k, s.v, 0.0)
         else:
             friction = friction_of(model.friction, k)
-            free += float(s.bodies[k, WAY] * model.masses[k, RATIO]) * friction
+            free += float(s.bodies[k, SLIP_DIRECTION] * model.masses[k, RATIO]) * friction
     a, _ = balance(free, model.masses[:, RATIO], levels, walls, most)
     return Common(a, levels, abs(free) + abs(s.x) + 2.0 * model.free.damping * abs(s.v))
 
@@ -236,16 +236,16 @@ def _decide(b, beyond, slack, way, mode):
     on_wall = b[GAP] == 0.0
     if is_joined(b[MODE]):
         if b[CAUSE] == NOTHING and beyond > slack:
-            b[MODE], b[WAY] = FLIGHT, way
+            b[MODE], b[SLIP_DIRECTION] = FLIGHT, way
             b[CAUSE] = RELEASE if on_wall else SLIP
             b[FIRST] = 0.0 if on_wall else b[FIRST]
     elif beyond > 0.0:
-        if b[CAUSE] == NOTHING and way != 0.0 and b[WAY] == -way:
+        if b[CAUSE] == NOTHING and way != 0.0 and b[SLIP_DIRECTION] == -way:
             b[CAUSE] = REVERSAL
-        b[WAY] = way
+        b[SLIP_DIRECTION] = way
     else:
         b[MODE] = mode if on_wall else RESTING
-        b[WAY], b[COMPLETION] = 0.0, 0.0
+        b[SLIP_DIRECTION], b[COMPLETION] = 0.0, 0.0
         if not on_wall:
             b[CAUSE] = REST
         elif mode == STICKING:
@@ -262,9 +262,9 @@ def _turn(friction, bodies):
         way = -b[SIDE] if b[RATE] > 0.0 else b[SIDE]
         if b[MODE] == RESTING:  # another one's impact moves its box
             b[MODE], b[CAUSE] = FLIGHT, SLIP
-        elif b[WAY] == -way and b[CAUSE] == NOTHING:
+        elif b[SLIP_DIRECTION] == -way and b[CAUSE] == NOTHING:
             b[CAUSE] = REVERSAL
-        b[WAY] = way
+        b[SLIP_DIRECTION] = way
 
 
 @compiled
@@ -272,7 +272,7 @@ def clamp_slides(bodies: np.ndarray) -> None:
     """Let slides go one way up to their end, whatever roundoff makes of their speed; in place."""
     for k in range(len(bodies)):
         b = bodies[k]
-        if b[MODE] == FLIGHT and b[WAY] * b[SIDE] * b[RATE] > 0.0:
+        if b[MODE] == FLIGHT and b[SLIP_DIRECTION] * b[SIDE] * b[RATE] > 0.0:
             b[RATE] = 0.0
 
 
@@ -285,18 +285,18 @@ def release(model: Several, s: SeveralSegment, k: int, side: float) -> None:
     bodies = s.bodies
     b = bodies[k]
     stops, rate = b[MODE] == FLIGHT, float(b[SIDE] * b[RATE])
-    way = float(b[WAY] if stops else -side * b[SIDE])
+    way = float(b[SLIP_DIRECTION] if stops else -side * b[SIDE])
     level = own_acceleration(model, s, k, s.v, way)
     for j in range(len(bodies)):
         c = bodies[j]
         if own_acceleration(model, s, j, s.v, way) != level:
             continue
         if stops:
-            if c[MODE] == FLIGHT and c[WAY] == way and c[SIDE] * c[RATE] == rate:
+            if c[MODE] == FLIGHT and c[SLIP_DIRECTION] == way and c[SIDE] * c[RATE] == rate:
                 c[CAUSE] = REST
         elif is_joined(c[MODE]) and (c[MODE] == RESTING or way == -c[SIDE]):
             c[CAUSE] = RELEASE if c[MODE] == STICKING else SLIP
-            c[WAY] = way if friction_of(model.friction, j) > 0.0 else 0.0
+            c[SLIP_DIRECTION] = way if friction_of(model.friction, j) > 0.0 else 0.0
             c[MODE], c[COMPLETION] = FLIGHT, LIFTS
     for j in range(len(bodies)):
         if bodies[j, CAUSE] == REST:

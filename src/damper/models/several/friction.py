@@ -34,8 +34,8 @@ from damper.models.several.bodies import (
     RATE,
     RATIO,
     SIDE,
+    SLIP_DIRECTION,
     SPEED,
-    WAY,
     Frictions,
     friction_of,
     own_acceleration,
@@ -45,12 +45,12 @@ from damper.models.several.log import segment_of_all
 from damper.models.several.pinch import SHORTEST
 from damper.models.several.tails import (
     NextEvent,
-    fade,
+    close_at_both_walls,
+    decide_again,
+    ends_now,
     first_stop,
-    has_nothing_left,
-    is_over,
+    is_negligible,
     less,
-    settle_again,
 )
 
 # --- what happens next
@@ -72,7 +72,7 @@ def _first_stop(friction, own, view, segment, way, last, slowest):
 # --- chatter
 
 
-@fade.of(Frictions)
+@close_at_both_walls.of(Frictions)
 def _fade(friction, model, s, start):
     fades = _fading(friction, model, s)
     if not np.any(fades):
@@ -80,15 +80,15 @@ def _fade(friction, model, s, start):
     return True, _stop(model, s, start, fades)
 
 
-@settle_again.of(Frictions)
+@decide_again.of(Frictions)
 def _settle_again(friction, model, s, v):
     # Slides may have turned round.
     decide_contacts(model, segment_of_all(s.periods, s.time, s.x, v, s.bodies), TAIL)
 
 
-@is_over.of(Frictions)
+@ends_now.of(Frictions)
 def _is_over(friction, model, s, start, k, chatter):
-    return has_nothing_left(model, s, start, k, 0.0)
+    return is_negligible(model, s, start, k, 0.0)
 
 
 @compiled
@@ -137,5 +137,5 @@ def _stop(model, s, start, fades):
             b[MODE], b[CAUSE], b[SPEED] = STICKING, NOTHING, -b[RATE]
         elif b[CAUSE] == SLIP:
             b[MODE], b[CAUSE] = RESTING, NOTHING
-        b[RATE], b[WAY] = 0.0, 0.0
+        b[RATE], b[SLIP_DIRECTION] = 0.0, 0.0
     return change

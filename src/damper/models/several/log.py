@@ -140,7 +140,7 @@ def _segment(s, body, loss, bodies):
 
 
 @compiled
-def told(s: SeveralSegment, v_before: float, loss: float) -> SeveralSegment:
+def report_first(s: SeveralSegment, v_before: float, loss: float) -> SeveralSegment:
     """The same segment, with the fields of the first body whose cause is to be told."""
     k, bodies = 0, s.bodies.copy()
     for j in range(len(bodies) - 1, -1, -1):

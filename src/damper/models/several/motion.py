@@ -17,13 +17,13 @@ from damper.models.several.bodies import (
     JOINED,
     MODE,
     PLACE,
+    PREVIOUS_STATE,
     RATE,
     RATIO,
     SIDE,
+    SLIP_DIRECTION,
     SPEED,
     VELOCITY,
-    WAS,
-    WAY,
     Several,
     SeveralSegment,
     Start,
@@ -36,7 +36,7 @@ from damper.models.several.bodies import (
     is_joined,
     restitution_of,
     segment_of,
-    view_of,
+    single_mass_view,
 )
 from damper.models.several.log import segment_of_all
 from damper.models.several.pinch import is_pinched
@@ -69,7 +69,7 @@ def all_after(
     for k in range(len(bodies)):
         b = bodies[k]
         b[SPEED] = 0.0
-        b[WAS] = JOINED if is_joined(b[MODE]) else b[WAY]
+        b[PREVIOUS_STATE] = JOINED if is_joined(b[MODE]) else b[SLIP_DIRECTION]
         if is_joined(b[MODE]):
             b[ALONE] = 0.0
             continue
@@ -154,11 +154,11 @@ def bounce_in(model: Several, s: SeveralSegment, k: int) -> Bounce:
     for j in range(len(bodies)):
         if bodies[j, MODE] == TAIL:
             ratio += float(model.masses[j, RATIO])
-            bodies[j, MODE], bodies[j, WAY] = FLIGHT, -bodies[j, SIDE]
+            bodies[j, MODE], bodies[j, SLIP_DIRECTION] = FLIGHT, -bodies[j, SIDE]
     flight = segment_of_all(s.periods, s.time, s.x, s.v, bodies)
     start = begin(model, flight)
     seg = segment_of(flight, start, k)
-    view = view_of(model, start, k, ratio, seg.side, -seg.side)
+    view = single_mass_view(model, start, k, ratio, seg.side, -seg.side)
     own = flight_of(view.mass, start, view, seg)
     return bounce_from(own, view, seg, most)
 

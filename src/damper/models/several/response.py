@@ -140,7 +140,7 @@ def _rubbed_in(friction, model, segment, low, high, carried):
     lost = 0.0
     for k in range(len(segment.bodies)):
         b = segment.bodies[k]
-        if b[several.MODE] == FLIGHT and b[several.WAY] != 0.0:
+        if b[several.MODE] == FLIGHT and b[several.SLIP_DIRECTION] != 0.0:
             moved = _moved(model.mass, model, segment, start, k, low, high)
             slid = abs(moved + float(b[several.SIDE]) * carried)
             lost += float(model.masses[k, several.RATIO]) * friction.accelerations[k] * slid
@@ -159,7 +159,7 @@ def _ballistic_moved(mass, model, s, start, k, low, high):
     _, _, before, _ = primary_after(start, low)
     _, _, after, _ = primary_after(start, high)
     rate = float(b[several.RATE]) + float(b[several.SIDE]) * (start.primary.v - s.v)
-    a = several.mass_of(model, k, float(b[several.WAY])).acceleration
+    a = several.mass_of(model, k, float(b[several.SLIP_DIRECTION])).acceleration
     fallen = 0.5 * a * (high - low) * (high + low)
     return rate * (high - low) + float(b[several.SIDE]) * ((after - before) - fallen)
 
@@ -175,7 +175,7 @@ def _driven_moved(mass, model, s, start, k, low, high):
 def _given_up(model, s, k, low, high):
     """Energy that a mass in flight and its spring give to dashpot and force, not to friction."""
     b = s.bodies[k]
-    rubs = float(b[several.WAY] * model.masses[k, several.RATIO])
+    rubs = float(b[several.SLIP_DIRECTION] * model.masses[k, several.RATIO])
     rubs *= several.friction_of(model.friction, k)
     lost = 0.0
     for tau in (high, low):
@@ -222,7 +222,9 @@ def _integrate_segment(model, tables, segment, low, high, peak):
         if not several.is_joined(s.bodies[k, several.MODE]):
             own = float(model.masses[k, several.RATIO]) * (1.0 + start.joined)
             seg = several.segment_of(s, start, k)
-            view = several.view_of(model, start, k, own, seg.side, float(s.bodies[k, several.WAY]))
+            view = several.single_mass_view(
+                model, start, k, own, seg.side, float(s.bodies[k, several.SLIP_DIRECTION])
+            )
             on_mass = declared.work_in_flight(view.mass, view, seg, low, high)
             work += on_mass
             if model.masses[k, several.DAMPING] > 0.0:

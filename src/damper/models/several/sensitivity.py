@@ -18,12 +18,12 @@ from damper.models.several.bodies import (
     GAP,
     JOINED,
     MODE,
+    PREVIOUS_STATE,
     RATE,
     RATIO,
     SIDE,
+    SLIP_DIRECTION,
     SPEED,
-    WAS,
-    WAY,
     Several,
     begin,
     is_joined,
@@ -99,7 +99,7 @@ def _after_impacts(there, model, s):
         if pushes[k] == 1.0:
             # The rebound is what the level has beyond the approach.
             u = v - (levels[k] - sides[k] * b[SPEED])
-        elif b[WAS] == JOINED or is_joined(b[MODE]):
+        elif b[PREVIOUS_STATE] == JOINED or is_joined(b[MODE]):
             u = s.v_before
         found[3 + 2 * k] = u
         if is_joined(b[MODE]):
@@ -132,6 +132,6 @@ def _after(there, model, s, v):
         else:
             y = s.x + b[SIDE] * (model.masses[k, CLEARANCE] - b[GAP])
             u = s.v - b[SIDE] * b[RATE]
-            way, later = body_at(mass_of(there, k, float(b[WAY])), y, u, phase, tau)
+            way, later = body_at(mass_of(there, k, float(b[SLIP_DIRECTION])), y, u, phase, tau)
             found[2 + 2 * k], found[3 + 2 * k] = way, later - u
     return found

@@ -35,9 +35,9 @@ from damper.models.several.bodies import (
     RATE,
     RATIO,
     SIDE,
+    SLIP_DIRECTION,
     SPEED,
     STIFFNESS,
-    WAY,
     NoFrictions,
     Several,
     SeveralSegment,
@@ -54,7 +54,7 @@ from damper.models.several.bodies import (
     primary_in,
     restitution_of,
     segment_of,
-    view_of,
+    single_mass_view,
     ways_in,
 )
 from damper.models.several.contacts import common_motion, negligible
@@ -103,7 +103,7 @@ def next_event(
         root = first_root(hold, here, width, lifts_off, last, 0.0)
         return NextEvent(root.point.tau + root.step, root.side, root.steps, False)
     seg, view, own = flight_of_body(model, s, start, k)
-    stop = first_stop(model.friction, own, view, seg, float(b[WAY]), last, slowest)
+    stop = first_stop(model.friction, own, view, seg, float(b[SLIP_DIRECTION]), last, slowest)
     if stop.side == GAVE_UP:
         return stop
     moving = less(gap_of(own, view, seg, 1.0), margin, 0.0)
@@ -171,7 +171,7 @@ def close(model: Several, s: SeveralSegment) -> float:
     the primary's velocity.
     """
     start = begin(model, s)
-    faded, change = fade(model.friction, model, s, start)
+    faded, change = close_at_both_walls(model.friction, model, s, start)
     any_rests = False
     if not faded:
         for k in range(len(s.bodies)):
@@ -180,20 +180,22 @@ def close(model: Several, s: SeveralSegment) -> float:
             if b[MODE] != FLIGHT or b[GAP] != 0.0 or b[CAUSE] == NOTHING:
                 continue
             chatter = _chatter_of(model, s, start, k)
-            if is_over(model.friction, model, s, start, k, chatter):
+            if ends_now(model.friction, model, s, start, k, chatter):
                 any_rests = True
             elif _is_closed(model, s, start, k, chatter):
                 return s.v
     if any_rests:
-        change = rest_together(model, s)
+        change = merge_at_rest(model, s)
     if faded or any_rests:
-        settle_again(model.friction, model, s, s.v + change)
+        decide_again(model.friction, model, s, s.v + change)
         return s.v + change
     return s.v
 
 
 @by_class
-def fade(friction: Any, model: Several, s: SeveralSegment, start: Start) -> tuple[bool, float]:
+def close_at_both_walls(
+    friction: Any, model: Several, s: SeveralSegment, start: Start
+) -> tuple[bool, float]:
     """Close what masses do with one another in no time, in place.
 
     Returned is whether they do so, and the change of the primary's velocity.
@@ -201,18 +203,18 @@ def fade(friction: Any, model: Several, s: SeveralSegment, start: Start) -> tupl
 
 
 @by_class
-def is_over(
+def ends_now(
     friction: Any, model: Several, s: SeveralSegment, start: Start, k: int, chatter: Chatter
 ) -> bool:
     """Whether a sequence has less left than what counts as none."""
 
 
 @by_class_or_default
-def settle_again(friction: Any, model: Several, s: SeveralSegment, v: float) -> None:
+def decide_again(friction: Any, model: Several, s: SeveralSegment, v: float) -> None:
     """Ask who rests once others have come to rest, in place: here nothing has changed for them."""
 
 
-@is_over.of(NoFrictions)
+@ends_now.of(NoFrictions)
 def _is_over(friction, model, s, start, k, chatter):
     ends = chatter.left <= negligible(model)
     return ends and not _meets_another(s.bodies, k, chatter.left)
@@ -226,7 +228,7 @@ def _chatter_of(model, s, start, k):
         return Chatter(math.inf, 0.0, 0.0)
     ratio = _chattering_with(model, s.bodies, k)
     seg = segment_of(s, start, k)
-    view = view_of(model, start, k, ratio, seg.side, float(b[WAY]))
+    view = single_mass_view(model, start, k, ratio, seg.side, float(b[SLIP_DIRECTION]))
     own = flight_of(view.mass, start, view, seg)
     most, part = friction_of(model.friction, k), 1.0
     if most == 0.0:
@@ -250,7 +252,7 @@ def _is_closed(model, s, start, k, chatter):
         return False
     for j in range(len(bodies)):
         if _chatters_with(model, bodies, k, j):
-            bodies[j, MODE], bodies[j, COMPLETION], bodies[j, WAY] = TAIL, left, 0.0
+            bodies[j, MODE], bodies[j, COMPLETION], bodies[j, SLIP_DIRECTION] = TAIL, left, 0.0
     return True
 
 
@@ -264,7 +266,7 @@ def _meets_another(bodies, k, left):
     return False
 
 
-@fade.of(NoFrictions)
+@close_at_both_walls.of(NoFrictions)
 def _fade(friction, model, s, start):
     any_brief = False
     for k in range(len(s.bodies)):
@@ -273,11 +275,11 @@ def _fade(friction, model, s, start):
             own = own_acceleration(model, s, k, s.v, 0.0)
             pressed = negligible(model) * abs(start.primary.a - own)
             any_brief = any_brief or 2.0 * b[SPEED] <= pressed
-    return any_brief and _fade_together(model, s), 0.0
+    return any_brief and _close_together(model, s), 0.0
 
 
 @compiled
-def _fade_together(model, s):
+def _close_together(model, s):
     """Close what masses at both walls do with one another in no time.
 
     Each impact of one disturbs the others, so no sequence is one of its own, and one that is
@@ -314,7 +316,7 @@ def _fade_together(model, s):
 
 
 @compiled
-def rest_together(model: Several, s: SeveralSegment) -> float:
+def merge_at_rest(model: Several, s: SeveralSegment) -> float:
     """Let all rest at once that have nothing left, in place; the change of the primary's velocity.
 
     That takes speed from those which have just kicked others off their wall. It would from all that
@@ -325,7 +327,7 @@ def rest_together(model: Several, s: SeveralSegment) -> float:
         b = bodies[k]
         if b[MODE] == FLIGHT and b[CAUSE] == RELEASE and b[RATE] == 0.0:
             # A kick that is none has released it.
-            b[MODE], b[CAUSE], b[WAY] = STICKING, NOTHING, 0.0
+            b[MODE], b[CAUSE], b[SLIP_DIRECTION] = STICKING, NOTHING, 0.0
     start = begin(model, s)
     rests = np.zeros(len(bodies))
     change, last = 0.0, -1.0
@@ -333,7 +335,7 @@ def rest_together(model: Several, s: SeveralSegment) -> float:
         last = float(np.sum(rests))
         heavier, pushed = 1.0 + start.joined, 0.0
         for k in range(len(bodies)):
-            if has_nothing_left(model, s, start, k, change):
+            if is_negligible(model, s, start, k, change):
                 rests[k] = 1.0
             ratio = float(rests[k] * model.masses[k, RATIO])
             heavier += ratio
@@ -341,7 +343,7 @@ def rest_together(model: Several, s: SeveralSegment) -> float:
         change = -pushed / heavier
     for k in range(len(bodies)):
         b = bodies[k]
-        b[WAY] = 0.0 if rests[k] == 1.0 else b[WAY]
+        b[SLIP_DIRECTION] = 0.0 if rests[k] == 1.0 else b[SLIP_DIRECTION]
         if rests[k] == 1.0 and b[CAUSE] == RELEASE:
             b[MODE], b[CAUSE], b[SPEED], b[RATE] = STICKING, NOTHING, -b[RATE], 0.0
         elif rests[k] == 1.0:
@@ -352,9 +354,7 @@ def rest_together(model: Several, s: SeveralSegment) -> float:
 
 
 @compiled
-def has_nothing_left(
-    model: Several, s: SeveralSegment, start: Start, k: int, change: float
-) -> bool:
+def is_negligible(model: Several, s: SeveralSegment, start: Start, k: int, change: float) -> bool:
     """Whether a mass to which something has happened on a wall bounces there for no time.
 
     `change` is the change of the primary's velocity by other masses that come to rest.
@@ -368,7 +368,7 @@ def has_nothing_left(
         r = max(rate, 0.0) / float(b[SPEED])
     # Accelerations towards the wall, on the way out and on the way back.
     joined = 1.0 + start.joined
-    out = side * (own_acceleration(model, s, k, s.v, float(b[WAY])) - start.primary.a)
+    out = side * (own_acceleration(model, s, k, s.v, float(b[SLIP_DIRECTION])) - start.primary.a)
     back = out - 2.0 * (joined + float(model.masses[k, RATIO])) / joined * most
     if back < 0.0:
         return False
@@ -427,8 +427,8 @@ def _is_undisturbed(model, s, start, k, chatter):
         flies = b[MODE] == FLIGHT
         width = 2.0 * float(model.masses[j, CLEARANCE])
         near = flies and not margin < b[GAP] < width - margin
-        speed = -b[WAY] * b[SIDE] * (b[RATE] + b[SIDE] * (together.primary.v - s.v))
-        turns = flies and b[WAY] != 0.0 and speed <= slowest
+        speed = -b[SLIP_DIRECTION] * b[SIDE] * (b[RATE] + b[SIDE] * (together.primary.v - s.v))
+        turns = flies and b[SLIP_DIRECTION] != 0.0 and speed <= slowest
         # Each impact moves one that rests, or sticks to the same wall.
         moved = b[MODE] == RESTING or (b[MODE] == STICKING and b[SIDE] == side)
         if near or turns or moved or b[MODE] == TAIL:

@@ -33,14 +33,14 @@ from damper.models.several.bodies import (
     GAP,
     JOINED,
     MODE,
+    PREVIOUS_STATE,
     RATE,
     RATIO,
+    REPORTED,
     SIDE,
+    SLIP_DIRECTION,
     SPEED,
     STIFFNESS,
-    TOLD,
-    WAS,
-    WAY,
     Several,
     SeveralSegment,
     begin,
@@ -79,9 +79,9 @@ def _shrunk_by(model, s):
     if s.cause == IMPACT:
         law = law_of(model, k, s.side)
         return rebound_slope(law, s.speed) * restitution_at(law, s.speed)
-    if bodies[0, WAS] == TOLD or np.any(bodies[:, SPEED] > 0.0):
+    if bodies[0, PREVIOUS_STATE] == REPORTED or np.any(bodies[:, SPEED] > 0.0):
         return 1.0  # told of before, or a part of an impact
-    a, own = accelerations(model, s, s.v, bodies[:, WAS])
+    a, own = accelerations(model, s, s.v, bodies[:, PREVIOUS_STATE])
     after, later = accelerations(model, s, s.v, ways_in(bodies))
     return (later[k] - after) / (own[k] - a)
 
@@ -112,7 +112,7 @@ def _parted_in(model, log):
     bodies = log[:, COLUMNS + 2 :].reshape(len(log), len(model.masses), -1)
     modes = bodies[:, :, MODE]
     happens = (
-        bodies[:, :, WAS] * bodies[:, :, WAY] == -1.0,
+        bodies[:, :, PREVIOUS_STATE] * bodies[:, :, SLIP_DIRECTION] == -1.0,
         modes == RESTING,
         bodies[:, :, SPEED] > 0.0,
         (modes == STICKING) | (modes == TAIL),
@@ -166,7 +166,7 @@ def _enter(model, s, deviations, happened):
 @compiled
 def begins_impacts(s: SeveralSegment) -> bool:
     """Whether a segment is the first of those that impacts of one instant begin."""
-    return s.cause == IMPACT and s.bodies[0, WAS] != TOLD
+    return s.cause == IMPACT and s.bodies[0, PREVIOUS_STATE] != REPORTED
 
 
 @compiled
@@ -223,7 +223,7 @@ def _ends_at_once(bodies):
     found = False
     for k in range(len(bodies)):
         found = found or bool(bodies[k, MODE] == TAIL and bodies[k, COMPLETION] == 0.0)
-    return found and bool(np.any(bodies[:, WAY] != 0.0))
+    return found and bool(np.any(bodies[:, SLIP_DIRECTION] != 0.0))
 
 
 @compiled
@@ -272,7 +272,7 @@ def stop(model: Several, s: SeveralSegment, deviations: np.ndarray) -> bool:
     Where those rest and nothing else changes it does not matter when: their centre goes on.
     """
     bodies = s.bodies
-    before, after = bodies[:, WAS].copy(), ways_in(bodies)
+    before, after = bodies[:, PREVIOUS_STATE].copy(), ways_in(bodies)
     stops = (np.abs(before) == 1.0) & (bodies[:, RATE] == 0.0) & (before != after)
     if not np.any(stops):
         return False
@@ -316,7 +316,7 @@ def impulses(model: Several, s: SeveralSegment) -> tuple[Any, Any, Any]:
             walls[k] = b[SIDE]
             r = restitution_at(law_of(model, k, float(b[SIDE])), float(b[SPEED]))
             levels[k] = walls[k] * (1.0 + r) * b[SPEED]
-        elif b[GAP] == 0.0 and (b[WAS] == JOINED or b[RATE] == 0.0):
+        elif b[GAP] == 0.0 and (b[PREVIOUS_STATE] == JOINED or b[RATE] == 0.0):
             walls[k] = b[SIDE]
     _, pushes = balance(0.0, model.masses[:, RATIO], levels, walls, np.zeros(count))
     return walls, levels, pushes
@@ -346,7 +346,7 @@ def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
     ratios, bodies = model.masses[:, RATIO], s.bodies
     sides, levels, pushes = impulses(model, s)
     jump = change_by(ratios, levels, pushes)
-    a, own = accelerations(model, s, s.v_before, bodies[:, WAS].copy())
+    a, own = accelerations(model, s, s.v_before, bodies[:, PREVIOUS_STATE].copy())
     common = begin(model, s).primary.v
     after, later = accelerations(model, s, common, ways_in(bodies))
     heavier, fastest = 1.0, 0
@@ -356,7 +356,7 @@ def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
         u = s.v - side * float(bodies[k, RATE])
         if not is_joined(bodies[k, MODE]):
             later[k] -= drag * (u - common)
-        if bodies[k, WAS] != JOINED:
+        if bodies[k, PREVIOUS_STATE] != JOINED:
             before = s.v_before + side * float(bodies[k, SPEED])
             own[k] -= drag * ((before if bodies[k, SPEED] > 0.0 else u) - s.v_before)
         heavier += float(ratios[k] * pushes[k])
@@ -369,7 +369,7 @@ def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
         change, parts = 0.0, False
         for k in range(count):
             y, speed = deviations[2 + 2 * k, c], float(bodies[k, SPEED])
-            if sides[k] != 0.0 and speed == 0.0 and bodies[k, WAS] != JOINED:
+            if sides[k] != 0.0 and speed == 0.0 and bodies[k, PREVIOUS_STATE] != JOINED:
                 # It only touches its wall: a deviation that parts them takes it out of the impact.
                 parts = parts or x != y or v != deviations[3 + 2 * k, c]
             if speed == 0.0 and _loses_its_wall(bodies[k], sides[k], jump):
