@@ -111,6 +111,25 @@ def random_scene(model: str, force: str, seed: int) -> tuple[dict[str, Any], tup
     return values, (x, draw.uniform(-1, 1), y, draw.uniform(-1, 1))
 
 
+#: What a scene may have beside its model and its force.
+FEATURES = ("gravity", "unlike walls")
+#: Each model, or law, with each force, without a feature, with one of them and with both.
+CASES = [(m, f, features) for m, f in PAIRS for features in ("", *FEATURES, " and ".join(FEATURES))]
+
+
+def featured_scene(
+    model: str, force: str, features: str, seed: int
+) -> tuple[dict[str, Any], tuple[float, ...]]:
+    """A random scene; gravity is from a tenth of the force to ten times as much."""
+    values, state = random_scene(model, force, seed)
+    draw = random.Random(f"{features}, {model}, {force}, {seed}")
+    if "gravity" in features:
+        values["gravity"] = draw.choice([-1, 1]) * 10 ** draw.uniform(-1, 1)
+    if "walls" in features:
+        values["restitution_left"] = draw.uniform(0.05, 0.6)
+    return values, state
+
+
 def length_of(values: dict[str, Any], state: tuple[Any, ...], count: int = 20) -> float:
     """Until when there are some so many events, twenty unless told."""
     table = events(Parameters(**values), State(*state), until=25.0, max_events=count)

@@ -7,19 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from event_pairs import assert_same
-from forced_scenes import MODELS, assert_first_ones_agree
+from forced_scenes import MODELS
 from scenes import QUIET
 
-from damper import Parameters, State, continue_orbit, events, periodic_orbit, simulate
+from damper import Parameters, continue_orbit, events, periodic_orbit, simulate
 from damper.engine.compiled import plain
 from damper.theory.accumulation import predict
-from damper.verification.reference import exact_run
 
 #: What may be given beside walls that differ.
 BESIDES = {name: values for name, values in MODELS.items() if name != "sliding"}
 each = pytest.mark.parametrize("name", BESIDES)
-IMPACT, STICK, RELEASE = 0, 1, 2
+STICK, RELEASE = 1, 2
 #: Two impacts a period.
 TWO_IMPACTS = {
     "mass_ratio": 0.1,
@@ -31,53 +29,7 @@ TWO_IMPACTS = {
 ORBIT = Parameters(**TWO_IMPACTS, restitution_left=0.6)
 
 
-def random_scene(name: str, rng: np.random.Generator) -> tuple[dict[str, float], State]:
-    """A slow force, so that chatter completes on both walls, from a state in flight."""
-    values = {
-        "mass_ratio": 10 ** rng.uniform(-2.0, -0.3),
-        "damping_ratio": 10 ** rng.uniform(-2.0, -0.5),
-        "frequency_ratio": rng.uniform(0.15, 0.3),
-        "clearance": rng.uniform(0.03, 0.15),
-        "restitution": rng.uniform(0.05, 0.6),
-        "restitution_left": rng.uniform(0.05, 0.6),
-        "phase": rng.uniform(0.0, 6.0),
-    }
-    x, v = rng.uniform(-0.5, 0.5, size=2)
-    y = x + values["clearance"] * rng.uniform(-0.9, 0.9)
-    return values | BESIDES[name], State(x, v, y, v + rng.uniform(-0.3, 0.3))
-
-
-@pytest.mark.parametrize(
-    ("name", "scenes"), [("rigid", 8), ("yielding", 3), ("grounded", 3), ("time_varying", 3)]
-)
-@plain
-def test_events_are_those_of_many_digits(name: str, scenes: int) -> None:
-    rng = np.random.default_rng([7, scenes])
-    kinds: set[tuple[int, int]] = set()
-    for _ in range(scenes):
-        values, state = random_scene(name, rng)
-        found = events(Parameters(**values), state, until=40.0)
-        exact = exact_run(values, (state.x, state.v, state.y, state.u), until=40.0, digits=25)
-        assert_same(found, exact.events, 5e-11)
-        kinds |= {(int(row["kind"]), int(row["side"])) for row in found}
-    assert kinds == {(kind, side) for kind in (IMPACT, STICK, RELEASE) for side in (-1, 1)}
-
-
-compliant = pytest.mark.parametrize("name", ["compliant", "tension"])
-
-
-@compliant
-@pytest.mark.parametrize("gravity", [0.0, 0.2])
-@plain
-def test_compliant_walls_are_those_of_many_digits(name: str, gravity: float) -> None:
-    rng = np.random.default_rng(8)
-    for _ in range(3):
-        values, state = random_scene(name, rng)
-        values["gravity"] = gravity
-        assert_first_ones_agree((values, (state.x, state.v, state.y, state.u)))
-
-
-@compliant
+@pytest.mark.parametrize("name", ["compliant", "tension"])
 @plain
 def test_compliant_walls_keep_energy_volumes_and_laws(name: str) -> None:
     values = QUIET | BESIDES[name] | {"restitution_left": 0.3, "gravity": 0.1}
