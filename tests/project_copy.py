@@ -105,11 +105,20 @@ def small_study(**changes) -> dict:
     return study | changes
 
 
+#: Some runs of the small study have more.
+MOST_EVENTS = 200
+
+
 def write_small(folder: Path, **changes) -> None:
     (folder / "config/studies/small.yaml").write_text(
         yaml.safe_dump(small_study(**changes), sort_keys=False)
     )
-    (folder / "config/config.yaml").write_text("studies: [small]\n")
+    write_config(folder, "small")
+
+
+def write_config(folder: Path, *studies: str) -> None:
+    config = {"studies": list(studies), "engine": {"max_events": MOST_EVENTS}}
+    (folder / "config/config.yaml").write_text(yaml.safe_dump(config))
 
 
 MODEL = {"kind": "schematic", "drawing": "impact_damper"}

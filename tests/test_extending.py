@@ -256,19 +256,18 @@ def test_kind_of_study_needs_no_rule(copy, tmp_path):
     (project / "config/config.yaml").write_text("studies: [first]\n")
     environment = {"PYTHONPATH": str(copy), "DAMPER_COMPILE": "0"}
     assert jobs(snakemake(project, **environment)) == {"part": 2, "gather": 1, "all": 1}
+    part = project / "results/first/parts/clearance~0.5.npz"
+    part.write_bytes(part.read_bytes()[:-9])
     file.write_text(yaml.safe_dump(study | {"clearances": [0.1, 0.5, 0.9]}))
-    assert jobs(snakemake(project, **environment)) == {"part": 1, "gather": 1, "all": 1}
+    output = snakemake(project, **environment)
+    assert f"{part.relative_to(project)} is damaged" in output
+    assert jobs(output) == {"part": 2, "gather": 1, "all": 1}
     with xr.open_dataset(project / "results/first/cube.nc") as cube:
         assert cube.clearance.values.tolist() == [0.1, 0.5, 0.9]
         assert (np.diff(cube.first_impact) > 0.0).all()
         found = events(Parameters(0.1, 0.05, 0.8, 0.5, 0.6), until=100.0)
         assert cube.first_impact.sel(clearance=0.5) == found["time"][0]
         assert cube.attrs["code_digest"]
-    part = project / "results/first/parts/clearance~0.5.npz"
-    part.write_bytes(part.read_bytes()[:-9])
-    output = snakemake(project, "-n", **environment)
-    assert f"{part.relative_to(project)} is damaged" in output
-    assert jobs(output) == {"part": 1, "gather": 1, "all": 1}
     with (copy / "damper/verification/first_impacts/jobs.py").open("a") as edited:
         edited.write("# edited\n")
     assert jobs(snakemake(project, "-n", **environment))["part"] == 3

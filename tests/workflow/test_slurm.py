@@ -31,7 +31,7 @@ def test_a_slurm_cluster_makes_the_same_bytes(tmp_path):
     for name in ("local", "slurm"):
         (tmp_path / name).mkdir()
         write_small(copy_project(tmp_path / name), axes=axes, figures={"model": MODEL})
-    arguments = (*REDUCED, "--config", "studies=[small, cost]")
+    arguments = (*REDUCED, "--config", "studies=[small, solvers]")
     snakemake(tmp_path / "local", *arguments)
     quick = ("--slurm-init-seconds-before-status-checks", "1", "--group-components", "parts=3")
     run = [sys.executable, "-m", "snakemake", "--profile", "profiles/slurm", *arguments, *quick]
