@@ -23,7 +23,7 @@ import numpy as np
 
 from damper.sizing.machine import Machine, machine_of
 from damper.sizing.search import Search
-from damper.sizing.study import Judge, Sizes
+from damper.sizing.study import Sizes, WorstCase
 from damper.sweep.runs import run_points
 from damper.verification.timing import machine, machine_text
 
@@ -64,7 +64,7 @@ def alone(m: Machine) -> float:
 
 
 def largest(
-    judge: Judge, dampers: list[Sizes], count: int, draw: np.random.Generator
+    judge: WorstCase, dampers: list[Sizes], count: int, draw: np.random.Generator
 ) -> np.ndarray:
     """Largest displacements in m of each damper from the same starts; (dampers, count)."""
     m = judge.machine
@@ -90,7 +90,7 @@ def largest(
     return np.where(np.isnan(found), np.inf, found).reshape(len(dampers), count)
 
 
-def best_of_grid(judge: Judge, runs: int, draw: np.random.Generator) -> Sizes:
+def best_of_grid(judge: WorstCase, runs: int, draw: np.random.Generator) -> Sizes:
     """The damper of a grid whose largest run is least: each round half of them, twice the runs."""
     m = judge.machine
     dampers = [
@@ -113,14 +113,14 @@ def main(kind: str = "usual", machines: int = 20, runs: int = 20_000, first: int
     """Print a line of a table for each machine."""
     print(machine_text(machine()))
     draw = np.random.default_rng(7)
-    judge = Judge(random_machine(first))
+    judge = WorstCase(random_machine(first))
     largest(judge, [Sizes(2.0, 1e-3, 0.5)], 20, draw)
     Search(judge).worst(Sizes(2.0, 1e-3, 0.5))
     print(
         "| machine | card, mm | share above | largest over card | over the grid's best | search |"
     )
     for seed in range(first, first + machines):
-        search = Search(Judge(random_machine(seed, kind == "light")))
+        search = Search(WorstCase(random_machine(seed, kind == "light")))
         start = time.process_time()
         found = search.best()
         middle = time.process_time()

@@ -15,7 +15,7 @@ from damper.figures import draw
 from damper.figures.common.style import save, style
 from damper.observers import class_in
 from damper.parameters.variables import ENERGY, LENGTH, SPEED, Variable
-from damper.study.study_file import Made
+from damper.study.study_file import ProductBase
 from damper.sweep.cube import dataset
 
 WHERE = "once per cycle"
@@ -79,7 +79,7 @@ def drawn(
 def drawn_by(kind: ModuleType, results: Mapping[str, Any], **settings: Any) -> Figure:
     """Laid-out figure of a kind that belongs to a study of its own, by its module."""
     with style():
-        return laid_out(kind.draw(results, class_in(kind, Made).model_construct(**settings)))
+        return laid_out(kind.draw(results, class_in(kind, ProductBase).model_construct(**settings)))
 
 
 def laid_out(figure: Figure) -> Figure:

@@ -13,7 +13,7 @@ from damper.sizing.answer import Design, _answer, _changes, _orbit
 from damper.sizing.answer import cube_of as cube_of_study
 from damper.sizing.machine import machine_of, read_machine
 from damper.sizing.search import Search
-from damper.sizing.study import Judge, Sizes
+from damper.sizing.study import Sizes, WorstCase
 from damper.study.config import load_study
 
 MACHINE = {
@@ -37,7 +37,7 @@ def found() -> Design:
 
 
 def answer(given: dict, sizes: Sizes) -> Design:
-    return _answer(Search(Judge(machine_of(given))), sizes)
+    return _answer(Search(WorstCase(machine_of(given))), sizes)
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +62,7 @@ def test_its_numbers_are_those_of_its_studies(found: Design, folder: Path) -> No
     assert fresh.sizes == {"draw": 400}
     assert found.fresh_share == 100.0 * float((fresh > found.worst).mean())
     assert found.fresh_ratio == float(fresh.max()) / found.worst
-    assert found.worst >= Search(Judge(found.machine)).worst(damper_of(found)) * (1.0 - 1e-12)
+    assert found.worst >= Search(WorstCase(found.machine)).worst(damper_of(found)) * (1.0 - 1e-12)
     rate = (cubes["worst_case"].impacts_per_period * hertz).where(inside).max()
     assert found.impact_rate >= float(rate) * (1.0 - 1e-12)
     assert found.approach_speed >= float(cubes["worst_case"].max_approach_speed.where(inside).max())
@@ -93,7 +93,7 @@ def test_what_amplifies_outside_of_its_band_says_so_first(found: Design, folder:
 def test_accelerations_may_count() -> None:
     """Without the damper omega^2 A; the largest one between impacts of all runs in the band."""
     given = MACHINE | {"counts": "peak_acceleration", "gap_tolerance": 0.0}
-    judge = Judge(machine_of(given))
+    judge = WorstCase(machine_of(given))
     heavy = Sizes(8.0, judge.law_gap(8.0, 0.3), 0.3)
     studies = judge.sweep(heavy), judge.worst_case(heavy)
     made = [cube_of_study(study).peak_acceleration for study in studies]
@@ -105,7 +105,7 @@ def test_accelerations_may_count() -> None:
 
 def test_what_one_per_cent_changes_is_the_slope_of_runs() -> None:
     """By the periodic motion and by differences."""
-    judge = Judge(machine_of(MACHINE | {"gap_tolerance": 0.0}))
+    judge = WorstCase(machine_of(MACHINE | {"gap_tolerance": 0.0}))
     heavy = Sizes(8.0, 0.9 * judge.law_gap(8.0, 0.3), 0.3)
     orbit = _orbit(judge, heavy, 20.0)
     studies: dict = {}
@@ -123,7 +123,7 @@ def test_a_record_is_the_case(tmp_path: Path, counts: str) -> None:
     (tmp_path / "shock.csv").write_text("".join(f"{t},{a}\n" for t, a in rows))
     given = {k: v for k, v in MACHINE.items() if k not in ("base_amplitude", "band")}
     given |= {"acceleration_record": str(tmp_path / "shock.csv"), "counts": counts}
-    judge = Judge(machine_of(given))
+    judge = WorstCase(machine_of(given))
     found = _answer(Search(judge), Sizes(8.0, 0.002, 0.3))
     fine = np.linspace(0.0, judge.run["periods"]["time"], 20001)
     shaken = np.interp(fine, time, value)

@@ -14,7 +14,7 @@ from damper.shell import main
 from damper.sizing.machine import machine_of
 from damper.sizing.page import sketch
 from damper.sizing.search import Search
-from damper.sizing.study import Judge, Sizes
+from damper.sizing.study import Sizes, WorstCase
 from damper.study.parts import SimulatedStudy
 from damper.study.rules import check_study
 from damper.study.yaml_file import ConfigError, dump_yaml
@@ -75,7 +75,7 @@ def test_runs_that_cannot_help_or_end_are_refused_before_the_search() -> None:
 
 
 def test_the_study_of_small_changes_is_valid_with_plastic_stops_and_no_damping() -> None:
-    judge = Judge(machine_of(FRAME | {"restitution": 0.0, "damping_ratio": 0.0}))
+    judge = WorstCase(machine_of(FRAME | {"restitution": 0.0, "damping_ratio": 0.0}))
     study = judge.nearby(Sizes(10.0, 1e-3, 0.0), 30.0)
     assert study["axes"].keys() >= {"free_mass", "gap"}
     check_study(SimulatedStudy.model_validate(study))
@@ -83,7 +83,7 @@ def test_the_study_of_small_changes_is_valid_with_plastic_stops_and_no_damping()
 
 def test_masses_of_the_search_are_above_their_tolerance() -> None:
     """A mass of 3 kg of the first grid would have gone down to -1 kg."""
-    search = Search(Judge(machine_of(FRAME | {"mass_tolerance": 4.0})))
+    search = Search(WorstCase(machine_of(FRAME | {"mass_tolerance": 4.0})))
     assert min(one.mass for one in search.first_grid()) == 5.0
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from damper.sizing.machine import machine_of
 from damper.sizing.search import Search, measure
-from damper.sizing.study import Judge, Sizes
+from damper.sizing.study import Sizes, WorstCase
 
 #: The natural frequency of a machine of rate 1, in Hz.
 F = 0.5 / math.pi
@@ -26,7 +26,7 @@ def test_the_decay_law_is_found_in_its_limit(whole: bool) -> None:
     the median of all of them, and the worst one, which falls into step late, is a little longer.
     """
     given = {"damping_ratio": 1e-3, "initial_displacement": 1.0, "decay_to": 0.5}
-    judge = Judge(machine_of({**LIGHT, **given, "restitution": 0.2}))
+    judge = WorstCase(machine_of({**LIGHT, **given, "restitution": 0.2}))
     search, asked = Search(judge), Sizes(1.0, judge.law_gap(1.0, 0.2), 0.2)
     about = [Sizes(1.0, asked.gap * (1.0 + 0.04 * k), 0.2) for k in range(-2, 3)]
     found = search.best() if whole else search.best_of(about)
@@ -47,7 +47,7 @@ def test_the_resonance_law_is_found_in_its_limit(restitution: float, whole: bool
     In a wider band the free mass falls out of step at its ends, and the best gap is smaller.
     """
     given = {"damping_ratio": 5e-4, "force_amplitude": 1000.0, "band": [0.9997 * F, 1.0003 * F]}
-    judge = Judge(machine_of({**LIGHT, **given, "restitution": restitution}))
+    judge = WorstCase(machine_of({**LIGHT, **given, "restitution": restitution}))
     search, gap = Search(judge), judge.law_gap(1.0, restitution)
     about = [Sizes(1.0, gap * (1.0 + 0.01 * k), restitution) for k in range(-3, 4)]
     found = search.best() if whole else search.best_of(about)
@@ -75,7 +75,7 @@ def test_no_start_of_a_lightly_damped_machine_moves_further() -> None:
             "restitution": 0.8,
         }
     )
-    judge, draw = Judge(machine), random.Random(3)
+    judge, draw = WorstCase(machine), random.Random(3)
     asked = Sizes(5.0, 0.006, 0.8)
     alone = 200.0 / (100.0 * (math.tau * 31.8) ** 2) / (2.0 * 1e-3)
     starts = [
@@ -106,7 +106,7 @@ def test_no_place_of_the_free_mass_lets_a_motion_ring_longer() -> None:
             **given,
         }
     )
-    judge, draw = Judge(machine), random.Random(3)
+    judge, draw = WorstCase(machine), random.Random(3)
     asked = Sizes(6.0, 0.02787, 0.4)
     brute = measure(
         judge,
@@ -126,7 +126,7 @@ def test_no_place_of_the_free_mass_lets_a_motion_ring_longer() -> None:
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.exhaustive)])
 def test_no_damper_of_a_whole_grid_is_better(seed: int) -> None:
     """Each damper of a grid with all of its runs, against one that is found by bounds."""
-    search = Search(Judge(random_machine(seed)))
+    search = Search(WorstCase(random_machine(seed)))
     found = search.best()
     most, r = search.judge.machine.largest_mass, found.restitution
     gaps = search.judge.law_gap(found.mass, r) * np.linspace(0.2, 2, 8)
@@ -156,7 +156,7 @@ def random_machine(seed: int):
 def test_each_restitution_has_its_best_damper() -> None:
     given = {"mass": 1.0, "stiffness": 1.0, "damping_ratio": 0.05, "force_amplitude": 1.0}
     given |= {"band": [0.97 * F, 1.03 * F], "largest_mass": 0.1, "largest_gap": 1e3}
-    judge = Judge(machine_of(given | {"materials": {"soft": 0.1, "hard": 0.4, "cork": 0.1}}))
+    judge = WorstCase(machine_of(given | {"materials": {"soft": 0.1, "hard": 0.4, "cork": 0.1}}))
     dampers = [Sizes(0.1, gap, r) for gap in (8.0, 12.0) for r in (0.1, 0.4)]
     worst = {damper: Search(judge).worst(damper) for damper in dampers}
     search, shown = Search(judge), []

@@ -9,7 +9,7 @@ from damper.analysis.results import Results
 from damper.figures.common.style import save, style
 from damper.observers import class_in
 from damper.study.fingerprint import fingerprint, fingerprint_in, stamp
-from damper.study.study_file import Made
+from damper.study.study_file import ProductBase
 
 sys.stderr = open(snakemake.log[0], "w", buffering=1)
 
@@ -22,7 +22,7 @@ with Results(dict(snakemake.input.items())) as results:
             continue
         print(f"drawing {svg}", file=sys.stderr)
         module = import_module(job["module"])
-        settings = class_in(module, Made).model_construct(**job["settings"])
+        settings = class_in(module, ProductBase).model_construct(**job["settings"])
         with style():
             figure = module.draw(results, settings)
             for path in (svg, png):

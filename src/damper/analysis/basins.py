@@ -8,7 +8,7 @@ from statistics import NormalDist
 import numpy as np
 
 from damper.analysis.motions import attractors
-from damper.analysis.places import need_axes
+from damper.analysis.places import require_axes
 from damper.parameters.lazy import pd, xr
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.quantity import in_range
@@ -40,7 +40,7 @@ def basin_fractions(
         When the cube lacks the axis or a variable, or has no starts.
     """
     if along is not None:
-        need_axes(cube, along)
+        require_axes(cube, along)
     in_range("confidence", confidence, minimum=0, maximum=1, below=True)
     classes, names = attractors(cube)
     starts = {dim for name in INITIAL_NAMES if name in cube.coords for dim in cube[name].dims}

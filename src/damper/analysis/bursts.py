@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from damper.analysis.places import need_variables, places, rows_at
+from damper.analysis.places import places, require_variables, rows_at
 from damper.analysis.stretches import BURST_VARIABLES, Burst, listed_bursts
 from damper.parameters.lazy import pd, xr
 from damper.parameters.quantity import in_range
@@ -46,7 +46,7 @@ def list_bursts(cube: xr.Dataset) -> pd.DataFrame:
     >>> list_bursts(cube).groupby("restitution")["visible"].max().to_dict()
     {0.3: 3, 0.6: 8}
     """
-    need_variables(cube, "bursts: {records: ...}", *BURST_VARIABLES, along=["burst"])
+    require_variables(cube, "bursts: {records: ...}", *BURST_VARIABLES, along=["burst"])
     names = [str(dim) for dim in cube.burst_onset.dims if dim != "burst"]
     rows = [
         (*where.values(), *burst, burst.chatter)

@@ -13,7 +13,7 @@ from damper.parameters.lazy import xr
 from damper.parameters.quantities import INITIAL_NAMES, PARAMETER_NAMES, SI_NAMES, quantities_in
 from damper.sweep.points import read_point
 from damper.sweep.record import force_of, masses_of
-from damper.theory import need_basic
+from damper.theory import require_basic
 from damper.theory.steady import steady_amplitude
 from damper.theory.two_impacts import Orbit, orbits
 
@@ -39,7 +39,7 @@ def reduced_gap(parameters: Parameters) -> float:
     >>> reduced_gap(Parameters(1e-4, 0.0, 0.5, clearance=1.0, restitution=0.5))
     1.5
     """
-    need_basic(parameters)
+    require_basic(parameters)
     amplitude = steady_amplitude(parameters.damping_ratio, parameters.frequency_ratio)
     return 2.0 * parameters.clearance / amplitude
 

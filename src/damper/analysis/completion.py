@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from damper.analysis.places import need_variables, places
+from damper.analysis.places import places, require_variables
 from damper.parameters.lazy import pd, xr
 from damper.parameters.quantity import in_range
 
@@ -79,9 +79,9 @@ def completion_errors(cube: xr.Dataset, within: float = 0.01) -> pd.DataFrame:
         When the cube was made without the observer.
     """
     in_range("within", within, minimum=0, above=True)
-    need_variables(cube, "accumulation", "complete_bursts")
-    need_variables(cube, "accumulation", *_OF_BURSTS, along=[BURST])
-    need_variables(cube, "accumulation", *_OF_IMPACTS, along=[BURST, IMPACT])
+    require_variables(cube, "accumulation", "complete_bursts")
+    require_variables(cube, "accumulation", *_OF_BURSTS, along=[BURST])
+    require_variables(cube, "accumulation", *_OF_IMPACTS, along=[BURST, IMPACT])
     rows = []
     for where in places(cube.complete_bursts):
         here = cube.sel(where)

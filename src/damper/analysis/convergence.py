@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from damper.analysis.places import fixed_values, need_axes, need_numbers
+from damper.analysis.places import fixed_values, require_axes, require_numbers
 from damper.parameters.lazy import pd, xr
 from damper.parameters.names import unknown_name
 from damper.parameters.quantities import ALL, MODEL_NAMES
@@ -45,8 +45,8 @@ def distance_to_rigid(
     ValueError
         When the cube has an axis that is not of the contact, or lacks a variable or the axis.
     """
-    need_axes(cube, along)
-    _need_comparable(cube, variables)
+    require_axes(cube, along)
+    _require_comparable(cube, variables)
     rigid = _rigid_values(cube, variables)
     frames = []
     for name in variables:
@@ -88,7 +88,7 @@ def order_of_convergence(parameter: np.ndarray, distance: np.ndarray) -> float:
     message = (
         "parameter and distance: must be two sequences of one length, and the parameter positive"
     )
-    parameter, distance = (need_numbers(each, message) for each in (parameter, distance))
+    parameter, distance = (require_numbers(each, message) for each in (parameter, distance))
     if parameter.shape != distance.shape or not (parameter > 0.0).all():
         raise ValueError(message)
     if len(parameter) < 2:
@@ -100,7 +100,7 @@ def order_of_convergence(parameter: np.ndarray, distance: np.ndarray) -> float:
     return float(np.polyfit(np.log(parameter[good]), np.log(distance[good]), 1)[0])
 
 
-def _need_comparable(cube: xr.Dataset, variables: Sequence[str]) -> None:
+def _require_comparable(cube: xr.Dataset, variables: Sequence[str]) -> None:
     """Raise ValueError or TypeError unless these are variables that the rigid damper has, too."""
     if isinstance(variables, str) or not isinstance(variables, Sequence) or not variables:
         raise TypeError(f"variables = {variables!r}: must be a list of one variable or more")

@@ -17,11 +17,11 @@ import numpy as np
 
 from damper.analysis.places import (
     fixed_values,
-    need_axes,
-    need_known,
-    need_variables,
     own_values,
     places,
+    require_axes,
+    require_known,
+    require_variables,
     within,
 )
 from damper.analysis.runs import runs
@@ -96,10 +96,10 @@ def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
     0  complete               0.45               0.75
     1       any               0.45               0.80
     """
-    need_axes(cube, along)
-    need_variables(cube, "bursts", "chatter")
+    require_axes(cube, along)
+    require_variables(cube, "bursts", "chatter")
     in_range("resolution", resolution, minimum=0, above=True)
-    need_known(cube.chatter)
+    require_known(cube.chatter)
     visible = thresholds(cube)
     run = recorded(cube, "bursts")
     fixed = fixed_values(cube)
@@ -155,8 +155,8 @@ def chatter_in_range(cube: xr.Dataset, along: str, low: float, high: float) -> d
         ``chatter_outside``: number of these with chatter. ``unknown``: number of values where a run
         stopped early and no run chatters.
     """
-    need_axes(cube, along)
-    need_variables(cube, "bursts", "chatter")
+    require_axes(cube, along)
+    require_variables(cube, "bursts", "chatter")
     if not real("low", low) <= real("high", high):
         raise ValueError(f"low = {low!r}, high = {high!r}: low must be at most high")
     grid = cube[along].values

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from damper.analysis.places import need_variables
+from damper.analysis.places import require_variables
 from damper.observers.common.laws import LAW_NAMES, excess
 from damper.parameters.lazy import pd, xr
 from damper.parameters.masses import split
@@ -136,7 +136,7 @@ def runs_of(cube: xr.Dataset) -> pd.DataFrame:
 
 def records_of(cube: xr.Dataset) -> pd.DataFrame:
     """Every run of a cube, a row in the order of `runs_of`: laws, status, and its coordinates."""
-    need_variables(cube, *LAW_NAMES, "segments")
+    require_variables(cube, *LAW_NAMES, "segments")
     found = cube[[*LAW_NAMES, "segments", "status"]]
     return found.expand_dims("run").to_dataframe().reset_index()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from damper.analysis.places import need_variables
+from damper.analysis.places import require_variables
 from damper.parameters.lazy import xr
 
 #: Motions that get a name; rarer ones are `OTHERS`.
@@ -46,7 +46,7 @@ def attractors(cube: xr.Dataset) -> tuple[xr.DataArray, list[str]]:
 
     # Two runs with the same values have the same motion; -1 would be the side of the left wall.
     found = [variable.name for variable in ObservedMotion.variables]
-    need_variables(cube, "motion", *found)
+    require_variables(cube, "motion", *found)
     finished = np.isfinite(cube.motion_period.values)
     columns = {name: np.nan_to_num(cube[name].values, nan=-2.0) for name in found}
     values = np.stack(list(columns.values()), axis=-1)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from damper.analysis.places import need_axes, need_variables, places, within
+from damper.analysis.places import places, require_axes, require_variables, within
 from damper.analysis.reduction import as_low, dimensions, least
 from damper.analysis.reduction import worst as worst_of
 from damper.parameters.lazy import pd, xr
@@ -80,9 +80,9 @@ def best_clearance(
        best_clearance  interior
     0             9.0      True
     """
-    need_axes(cube, along, over)
+    require_axes(cube, along, over)
     in_range("damped", damped, minimum=0, above=True)
-    _need_observers(cube, "peak_displacement", "amplitude_ratio")
+    _require_observers(cube, "peak_displacement", "amplitude_ratio")
     worst = dimensions(cube.amplitude_ratio, worst, "worst") if worst else []
     for name in worst:
         if name in (along, over):
@@ -162,9 +162,9 @@ def damping_shares(
         impacts further than that below, and above, the resonance whose rms is larger than without
         damper. NaN where there are no such runs.
     """
-    need_axes(cube, along)
+    require_axes(cube, along)
     in_range("good", good, minimum=0, above=True)
-    _need_observers(cube, "rms_ratio", "peak_displacement", "amplitude_ratio")
+    _require_observers(cube, "rms_ratio", "peak_displacement", "amplitude_ratio")
     contact = cube.impacts_per_period > 0.0
     lasting = contact & ((cube.chatter > 0) | (cube.sticking_fraction > 0.0))
     two = contact & ~lasting & (abs(cube.impacts_per_period - 2.0) < _TWO)
@@ -194,10 +194,10 @@ def damping_shares(
     }
 
 
-def _need_observers(cube: xr.Dataset, *of_response: str) -> None:
-    need_variables(cube, "response", *of_response)
-    need_variables(cube, "impacts", "impacts_per_period")
-    need_variables(cube, "bursts", "chatter", "sticking_fraction")
+def _require_observers(cube: xr.Dataset, *of_response: str) -> None:
+    require_variables(cube, "response", *of_response)
+    require_variables(cube, "impacts", "impacts_per_period")
+    require_variables(cube, "bursts", "chatter", "sticking_fraction")
 
 
 def _share(some: xr.DataArray, of_all: xr.DataArray) -> float:

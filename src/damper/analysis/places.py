@@ -33,7 +33,7 @@ def fixed_values(cube: xr.Dataset) -> dict[str, float]:
 
     ValueError where it has lost one since it was made.
     """
-    need_coordinates(cube, *str(cube.attrs.get("quantities", "")).split())
+    require_coordinates(cube, *str(cube.attrs.get("quantities", "")).split())
     names = (n for n in quantities_in(cube.coords) if cube[n].ndim == 0)
     return {n: float(own_values(cube, n, cube[n].values)) for n in names}
 
@@ -113,7 +113,7 @@ def rows_at(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:
     return frame
 
 
-def need_coordinates(cube: xr.Dataset, *names: str) -> None:
+def require_coordinates(cube: xr.Dataset, *names: str) -> None:
     """Raise ValueError where a cube has lost what its runs depend on."""
     for name in names:
         if name not in cube.coords:
@@ -123,7 +123,7 @@ def need_coordinates(cube: xr.Dataset, *names: str) -> None:
             )
 
 
-def need_cube(cube: Any) -> None:
+def require_cube(cube: Any) -> None:
     """Raise TypeError for what is no cube, such as the name of its file.
 
     ValueError for one without points, or without the values of an axis.
@@ -133,15 +133,15 @@ def need_cube(cube: Any) -> None:
             f"cube is a {type(cube).__name__}: must be an xarray.Dataset, "
             "from damper.simulate or a study's cube.nc"
         )
-    need_coordinates(cube, *quantities_in(cube.dims))
+    require_coordinates(cube, *quantities_in(cube.dims))
     for dim, size in cube.sizes.items():
         if size == 0:
             raise ValueError(f"the cube has nothing along {dim!r}: select at least one value")
 
 
-def need_axes(cube: xr.Dataset, *names: str) -> None:
+def require_axes(cube: xr.Dataset, *names: str) -> None:
     """Raise ValueError unless a cube has axes of these names; TypeError when it is no cube."""
-    need_cube(cube)
+    require_cube(cube)
     axes = quantities_in(cube.dims)
     for k, name in enumerate(names):
         if not isinstance(name, str) or name not in axes:
@@ -150,12 +150,14 @@ def need_axes(cube: xr.Dataset, *names: str) -> None:
             raise ValueError(f"axis {name!r} is given twice: must be two axes")
 
 
-def need_variables(cube: xr.Dataset, observer: str, *names: str, along: Sequence[str] = ()) -> None:
+def require_variables(
+    cube: xr.Dataset, observer: str, *names: str, along: Sequence[str] = ()
+) -> None:
     """Raise ValueError unless a cube has the variables of an observer; TypeError for no cube.
 
     Each has to have the dimensions `along`.
     """
-    need_cube(cube)
+    require_cube(cube)
     for name in names:
         if name not in cube.data_vars:
             raise ValueError(
@@ -166,14 +168,14 @@ def need_variables(cube: xr.Dataset, observer: str, *names: str, along: Sequence
                 raise ValueError(f"{name} has lost its dimension {dim!r}: must be all along it")
 
 
-def need_known(array: xr.DataArray) -> None:
+def require_known(array: xr.DataArray) -> None:
     """Raise ValueError where a variable is missing, because a run stopped early."""
     for place in np.argwhere(np.isnan(array.values))[:1]:
         where = {dim: array[dim].values[k].item() for dim, k in zip(array.dims, place, strict=True)}
         raise ValueError(f"{array.name} is not known: the run at {where} stopped early")
 
 
-def need_numbers(values: Any, message: str) -> np.ndarray:
+def require_numbers(values: Any, message: str) -> np.ndarray:
     """Return a sequence of numbers as an array; ValueError with the message for anything else."""
     try:
         array = np.asarray(values, dtype=float)

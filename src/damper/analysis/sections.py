@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from damper.analysis.places import need_numbers, need_variables
+from damper.analysis.places import require_numbers, require_variables
 from damper.parameters.lazy import xr
 from damper.parameters.quantity import in_range, whole
 
@@ -39,7 +39,7 @@ def section_period(cube: xr.Dataset, same: float = SAME) -> xr.DataArray:
     >>> section_period(cube).values
     array([1, 1])
     """
-    need_variables(cube, "stroboscopic_section", "displacement", "velocity", along=["sample"])
+    require_variables(cube, "stroboscopic_section", "displacement", "velocity", along=["sample"])
     same = in_range("same", same, minimum=0, maximum=1)
     pairs = [cube[name].transpose(..., "sample").values for name in ("displacement", "velocity")]
     points = np.stack(pairs, axis=-1)
@@ -65,7 +65,7 @@ def section_points(cube: xr.Dataset) -> xr.DataArray:
         section's size are one: a periodic motion has as many as periods, a chaotic one as many as
         were taken. `section_period` takes their order into account.
     """
-    need_variables(cube, "stroboscopic_section", "displacement", along=["sample"])
+    require_variables(cube, "stroboscopic_section", "displacement", along=["sample"])
     array = cube.displacement.transpose(..., "sample")
     x = np.sort(array.values, axis=-1)
     size = SAME * (1.0 + np.abs(x).max(axis=-1, keepdims=True))
@@ -116,7 +116,7 @@ def first_lasting_change(periods: Sequence[int], least: int = 10) -> int | None:
     7
     """
     message = f"periods is a {type(periods).__name__}: must be `section_period` along one axis"
-    if not np.isfinite(need_numbers(periods, message)).all():
+    if not np.isfinite(require_numbers(periods, message)).all():
         raise ValueError("periods: must be finite numbers")
     least = whole("least", least, 1)
     for index in range(least, len(periods) - least + 1):

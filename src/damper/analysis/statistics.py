@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from damper.analysis.closed_forms import damper_at
-from damper.analysis.places import need_known, need_variables, places
+from damper.analysis.places import places, require_known, require_variables
 from damper.observers.common.limits import mean_within
 from damper.observers.statistics import MEANS
 from damper.parameters.lazy import pd, xr
@@ -38,9 +38,9 @@ def means_under_noise(cube: xr.Dataset) -> pd.DataFrame:
     ValueError
         When the cube lacks a variable, a run stopped early, or the laws are of another damper.
     """
-    need_variables(cube, "statistics", *MEANS)
+    require_variables(cube, "statistics", *MEANS)
     if "draw" not in cube.dims:
-        need_variables(cube, "statistics", *(f"{name}_error" for name in MEANS))
+        require_variables(cube, "statistics", *(f"{name}_error" for name in MEANS))
     confidence = observers_of(cube)["statistics"].get("confidence", 0.95)
     rows = []
     for where in places(cube.mean_input, "draw"):
@@ -66,7 +66,7 @@ def _mean(place: xr.Dataset, name: str, confidence: float) -> tuple[float, float
     array = place[name]
     if not array.ndim:
         return float(array), float(place[f"{name}_error"])
-    need_known(place.mean_input)
+    require_known(place.mean_input)
     # A mean over impacts: of the impacts of all draws.
     impacts = place.impact_rate.values if name == "mean_approach_energy" else np.ones(array.size)
     return mean_within(np.where(impacts > 0.0, array.values, 0.0) * impacts, impacts, confidence)

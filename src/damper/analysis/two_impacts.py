@@ -8,7 +8,7 @@ import numpy as np
 
 from damper.analysis.closed_forms import admissible_orbits, section_point
 from damper.analysis.intervals import intervals
-from damper.analysis.places import need_axes, need_variables, places
+from damper.analysis.places import places, require_axes, require_variables
 from damper.parameters.lazy import pd, xr
 from damper.parameters.quantity import in_range
 from damper.study.settings import SECTIONS
@@ -45,8 +45,8 @@ def two_impact_ranges(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
         ``<along>_lower`` and ``<along>_upper``, and ``cut``, where the range reaches the end of the
         axis.
     """
-    need_axes(cube, along)
-    need_variables(cube, "stroboscopic_section", "displacement")
+    require_axes(cube, along)
+    require_variables(cube, "stroboscopic_section", "displacement")
     in_range("resolution", resolution, minimum=0, above=True)
     grid = np.sort(cube[along].values).tolist()
     found = []
@@ -92,9 +92,9 @@ def two_impact_errors(cube: xr.Dataset, along: str) -> pd.DataFrame:
     ValueError
         When the cube has no such axis, no impacts, or not one section.
     """
-    need_axes(cube, along)
-    need_variables(cube, "impacts", "impacts_per_period")
-    need_variables(cube, "stroboscopic_section", "displacement", "velocity", along=["sample"])
+    require_axes(cube, along)
+    require_variables(cube, "impacts", "impacts_per_period")
+    require_variables(cube, "stroboscopic_section", "displacement", "velocity", along=["sample"])
     section = {name: given for name, given in observers_of(cube).items() if name in SECTIONS}
     found = []
     for where in _places(cube, along):

@@ -32,7 +32,7 @@ import numpy as np
 from damper.engine.terminal import saying
 
 P = ParamSpec("P")
-Made = TypeVar("Made")
+Result = TypeVar("Result")
 
 _KEPT_CACHES = 4
 #: Seconds since a process last started with a cache, before which it may still be in use.
@@ -441,7 +441,7 @@ def compile_at_once() -> None:
     _at_once = True
 
 
-def plain(function: Callable[P, Made]) -> Callable[P, Made]:
+def plain(function: Callable[P, Result]) -> Callable[P, Result]:
     """Run `function`, with all that it calls, as plain Python (a decorator).
 
     For what makes a NamedTuple: numba builds it for Python by a call that a user's interrupt can
@@ -449,13 +449,13 @@ def plain(function: Callable[P, Made]) -> Callable[P, Made]:
     """
 
     @wraps(function)
-    def run(*arguments: P.args, **named: P.kwargs) -> Made:
+    def run(*arguments: P.args, **named: P.kwargs) -> Result:
         return _plainly(function, *arguments, **named)
 
     return run
 
 
-def _plainly(function: Callable[P, Made], *arguments: P.args, **named: P.kwargs) -> Made:
+def _plainly(function: Callable[P, Result], *arguments: P.args, **named: P.kwargs) -> Result:
     before = getattr(_plain, "running", False)
     _plain.running = True
     try:

@@ -14,7 +14,7 @@ from damper.figures.common.style import COLUMN, motion_colours
 from damper.parameters.lazy import Figure
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
-from damper.study.products import Caption, Product, Role, StudyContents, need_starts
+from damper.study.products import Caption, Product, Role, StudyContents, require_starts
 from damper.study.study_file import See
 
 
@@ -33,7 +33,7 @@ class BasinsFigure(Product):
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
-        need_starts(study, mistakes, self.along)
+        require_starts(study, mistakes, self.along)
 
 
 def draw(results: Mapping[str, Any], settings: BasinsFigure) -> Figure:

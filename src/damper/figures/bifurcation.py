@@ -19,7 +19,7 @@ from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.quantities import INITIAL_NAMES, quantities_in
 from damper.parameters.units import units_of
 from damper.study import products
-from damper.study.fields import Pair, Some, Text, one_of
+from damper.study.fields import DistinctList, Pair, Text, one_of
 from damper.study.messages import Mistakes
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import join_names
@@ -80,7 +80,7 @@ class Bifurcation(products.FigureSettings):
     ] = None
     at: products.At = None
     variables: Annotated[
-        Some[Annotated[str, one_of(_DRAWN)]],
+        DistinctList[Annotated[str, one_of(_DRAWN)]],
         Field(
             description="What is drawn, a panel each; one alone fits a printed column. The "
             "relative displacement is over the clearance, so that the walls are at -1 and 1. "
@@ -125,11 +125,11 @@ class Bifurcation(products.FigureSettings):
 
     def check_against(self, study: products.StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
-        self._need_variables(study, mistakes)
+        self._require_variables(study, mistakes)
         if self.orbits:
-            products.need_orbits(("orbits",), study, mistakes)
+            products.require_orbits(("orbits",), study, mistakes)
 
-    def _need_variables(self, study: products.StudyContents, mistakes: Mistakes) -> None:
+    def _require_variables(self, study: products.StudyContents, mistakes: Mistakes) -> None:
         shown = set(self.variables)
         if self.orbits or shown & {*products.SECTION_VARIABLES, *_RELATIVE}:
             products.need(study, mistakes, SECTIONS)

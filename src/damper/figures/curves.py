@@ -15,7 +15,7 @@ from damper.figures.common.style import BLACK, BLUE, COLUMN, RATIOS, SYMBOLS, la
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.study import products
-from damper.study.fields import Some, Text
+from damper.study.fields import DistinctList, Text
 from damper.study.messages import Mistakes
 
 _DASHES = ("-", "--", "-.", ":")
@@ -42,7 +42,7 @@ class Curves(products.FigureSettings):
     }
 
     variables: Annotated[
-        Some[Text],
+        DistinctList[Text],
         Field(
             description="Variables of the cube, each with one value at each point; a panel each, "
             f"{products.MOST_VARIABLES} at most."

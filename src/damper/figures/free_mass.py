@@ -80,7 +80,7 @@ class FreeMass(products.FigureSettings):
 
     def check_against(self, study: products.StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
-        products.need_listed_bursts(study, mistakes)
+        products.require_listed_bursts(study, mistakes)
 
 
 def draw(results: Mapping[str, Any], settings: FreeMass) -> Figure:

@@ -16,7 +16,7 @@ from damper.figures.common.style import BLACK, BLUE, ORANGE, STUCK, SYMBOLS, lab
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
-from damper.study.products import MOST_PANELS, Role, StudyContents, need_listed_bursts
+from damper.study.products import MOST_PANELS, Role, StudyContents, require_listed_bursts
 from damper.sweep.record import length_text
 
 _BURSTS = ("chatter", "visible_impacts", *stretches.BURST_VARIABLES)
@@ -49,7 +49,7 @@ class Histories(trajectory.TrajectoryFigure):
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
-        need_listed_bursts(study, mistakes)
+        require_listed_bursts(study, mistakes)
 
 
 def draw(results: Mapping[str, Any], settings: Histories) -> Figure:

@@ -15,7 +15,7 @@ from damper.figures.common.style import BLUE, ORANGE, SKY, VERMILION
 from damper.observers.common.laws import LIMIT
 from damper.parameters.lazy import Axes, Figure, pd
 from damper.study.messages import Mistakes
-from damper.study.products import Caption, Product, StudyContents, need_laws
+from damper.study.products import Caption, Product, StudyContents, require_laws
 from damper.study.study_file import See
 
 #: Colours by violation over its limit: roundoff, thousands of it, nearly the limit, beyond.
@@ -31,7 +31,7 @@ class LawsFigure(Product):
     see: See = None
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
-        need_laws(study, mistakes)
+        require_laws(study, mistakes)
 
 
 def draw(results: Mapping[str, Any], settings: LawsFigure) -> Figure:

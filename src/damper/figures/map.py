@@ -145,7 +145,7 @@ class Map(products.FigureSettings):
     def check_against(self, study: products.StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
         if self.orbits:
-            products.need_orbits(("orbits",), study, mistakes)
+            products.require_orbits(("orbits",), study, mistakes)
         if self.variable == _ATTRACTOR:
             products.need(study, mistakes, "motion")
         else:

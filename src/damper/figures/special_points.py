@@ -15,7 +15,7 @@ from damper.figures.overlays import Panels, draw_overlays, orbits
 from damper.parameters.lazy import Artist, Figure, xr
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
-from damper.study.products import Caption, Product, StudyContents, need_orbits
+from damper.study.products import Caption, Product, StudyContents, require_orbits
 from damper.study.study_file import See
 from damper.study.yaml_file import join_names
 
@@ -44,7 +44,7 @@ class SpecialPointsFigure(Product):
     see: See = None
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
-        need_orbits((), study, mistakes)
+        require_orbits((), study, mistakes)
         if not study.orbits:
             return
         pairs = [

@@ -377,11 +377,11 @@ def derivative(
         begun = True
         if keep is not None:
             keep.append(log.copy())
-    need_bounded(trajectory.model, deviations)
+    require_bounded(trajectory.model, deviations)
     return deviations
 
 
-def need_bounded(model: Any, deviations: np.ndarray) -> None:
+def require_bounded(model: Any, deviations: np.ndarray) -> None:
     """Raise ValueError where what has become of deviations says that there is no derivative."""
     if np.isnan(deviations).any():
         raise ValueError(f"no derivative: {_why_none(model)}")

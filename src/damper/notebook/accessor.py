@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from damper.analysis.places import fixed_values, need_coordinates, need_cube, value_on
+from damper.analysis.places import fixed_values, require_coordinates, require_cube, value_on
 from damper.engine.loop import FINISHED
 from damper.notebook.run import Run, drawn, recorded
 from damper.parameters import Parameters, SIParameters, State
@@ -107,7 +107,7 @@ class CubeAccessor:
         values |= {name: [{}] * count for name, count in masses_of(place).items()}
         chain = [values]
         for name, along in followed(place).items():
-            need_coordinates(place, "direction")
+            require_coordinates(place, "direction")
             up, here = place.direction.item() == "up", values[name]
             before = sorted(v for v in along if (v < here if up else v > here))
             chain = [values | {name: v} for v in (*(before if up else before[::-1]), here)]
@@ -115,7 +115,7 @@ class CubeAccessor:
 
     def _place(self, point: Mapping[str, Any]) -> dict[str, Any]:
         """Values of the grid that a point means, along all axes and branches."""
-        need_cube(self._cube)
+        require_cube(self._cube)
         branches = (name for name in ("direction", "draw") if name in self._cube.dims)
         axes = {name: self._cube[name] for name in (*quantities_in(self._cube.dims), *branches)}
         for name in point:

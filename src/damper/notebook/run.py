@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from damper.analysis.bursts import list_bursts
-from damper.analysis.places import need_cube
+from damper.analysis.places import require_cube
 from damper.figures import draw
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.lazy import Figure, pd, xr
@@ -114,7 +114,7 @@ def drawn(kind: str, cube: xr.Dataset, **settings: Any) -> Figure:
     """Draw a figure of a kind as the workflow does; a notebook shows it."""
     from damper.figures.common.style import style
 
-    need_cube(cube)
+    require_cube(cube)
     with style():
         figure = draw(kind, {"cube": cube}, **settings)
     # By themselves notebooks show figures of pyplot only.

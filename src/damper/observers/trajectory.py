@@ -25,7 +25,7 @@ from damper.observers.common.base import (
     record_type,
     since,
 )
-from damper.observers.common.bodies import need_bodies
+from damper.observers.common.bodies import require_bodies
 from damper.observers.common.settings import BODIES, Setting
 from damper.observers.common.stretch import SLACK, sample_steps
 from damper.parameters.variables import ACCELERATION, LENGTH, Variable
@@ -157,7 +157,7 @@ class SampledTrajectory(Observer):
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
         if self.bodies:
-            need_bodies(trajectory.model, self.name, self.bodies)
+            require_bodies(trajectory.model, self.name, self.bodies)
         super().begin(run, trajectory, window)
         rate = self._rate
         # Whole steps to the start keep the instants those of sections at simple fractions.

@@ -15,7 +15,7 @@ from damper.parameters.forcing import HARMONIC, check_force, read_forcing
 from damper.parameters.masses import changed_in, read_masses, value_in
 from damper.parameters.models import models_of
 from damper.parameters.names import OF_A_MASS_SI
-from damper.parameters.quantity import Declared, Quantity, quantity, shared
+from damper.parameters.quantity import Quantity, QuantityClass, quantity, shared
 from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED, Units
 
 #: Least restitution of compliant contact without tension: its dashpot would have to be infinite.
@@ -37,7 +37,7 @@ def _friction_acceleration(
     return friction_coefficient * transverse_acceleration * primary_mass / force_amplitude
 
 
-class Parameters(Declared):
+class Parameters(QuantityClass):
     """Dimensionless parameters of an impact damper.
 
     The quantities under Parameters make the damper with rigid walls and Newton's restitution. The
@@ -402,7 +402,7 @@ class Parameters(Declared):
         return {name: 1.0}
 
 
-class SIParameters(Declared, shares=Parameters):
+class SIParameters(QuantityClass, shares=Parameters):
     """The same damper in SI units; its results are in SI units too.
 
     Parameters
@@ -592,7 +592,7 @@ class SIParameters(Declared, shares=Parameters):
                 }
                 for mass in parameters.masses
             ]
-        return cls.of_known(**given)
+        return cls.unchecked(**given)
 
     @cached_property
     def dimensionless(self) -> Parameters:
@@ -623,7 +623,7 @@ class SIParameters(Declared, shares=Parameters):
             for own in self.masses
         ]
         # Values at their defaults are left out.
-        return Parameters.of_known(**scaled, forcing=self.forcing.over(units.time), masses=masses)
+        return Parameters.unchecked(**scaled, forcing=self.forcing.over(units.time), masses=masses)
 
     @cached_property
     def units(self) -> Units:
@@ -697,7 +697,7 @@ _ORDER = ("compliant", "time_varying", "several", "grounded", "sliding")
 BASIC = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase")
 
 
-def need_known(parameters: Parameters, known: Collection[str], what: str) -> None:
+def require_known(parameters: Parameters, known: Collection[str], what: str) -> None:
     """Raise ValueError where a quantity acts on the damper that a formula does not know.
 
     `what` is the formula, as the message calls it.

@@ -51,7 +51,7 @@ def unknown_model(what: str, model: str, known: Collection[str]) -> str:
     return f"{what} does not know {MODELS[model].has} (model {model}), only {', '.join(known)}"
 
 
-def need_model(damper: Any, known: Collection[str], what: str) -> None:
+def require_model(damper: Any, known: Collection[str], what: str) -> None:
     """Raise ValueError where `what` does not know the model of a damper, as for `models_of`."""
     for model in models_of(damper):
         if model not in known:

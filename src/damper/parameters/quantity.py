@@ -178,7 +178,7 @@ def in_range(name: str, value: float, **limits: Any) -> float:
 def quantity(
     symbol: str, long_name: str, units: str = "1", *, default: Any = MISSING, **about: Any
 ) -> Any:
-    """Field of a class that is `Declared`; the arguments are those of `Quantity`."""
+    """Field of a class that is `QuantityClass`; the arguments are those of `Quantity`."""
     described = {"symbol": symbol, "long_name": long_name, "units": units, **about}
     return field(default=default, metadata=described)
 
@@ -189,7 +189,7 @@ def shared(*, default: Any = MISSING) -> Any:
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(quantity, shared))
-class Declared:
+class QuantityClass:
     """Base of the classes whose fields are quantities: frozen dataclasses of checked values.
 
     `shares` is the class that declares the `shared` fields, in dimensionless units. In the
@@ -202,7 +202,7 @@ class Declared:
     _init: ClassVar[Callable[..., None]]
     _checks: ClassVar[tuple[tuple[str, object, Callable[[float], float], bool], ...]]
 
-    def __init_subclass__(cls, shares: "type[Declared] | None" = None) -> None:
+    def __init_subclass__(cls, shares: "type[QuantityClass] | None" = None) -> None:
         dataclass(frozen=True, repr=False)(cls)
         known = {q.name: q for q in shares.quantities} if shares else {}
         numbers = [f for f in fields(cls) if f.type in (float, "float")]  # type: ignore[arg-type]
@@ -227,7 +227,7 @@ class Declared:
         return {name: value for name, value in values.items() if name in kept}
 
     @classmethod
-    def of_known(cls, **values: Any) -> Self:
+    def unchecked(cls, **values: Any) -> Self:
         """Make one of values whose names are known: runs are made so, in their thousands."""
         made = object.__new__(cls)
         cls._init(made, **values)
@@ -246,7 +246,7 @@ class Declared:
         return options
 
 
-def _check_names(kind: type[Declared]) -> None:
+def _check_names(kind: type[QuantityClass]) -> None:
     """Refuse a name without effect, and let the error for an unknown one have the nearest."""
     plain = kind.__init__
 

@@ -100,7 +100,7 @@ def _each(value: Any, scaled: Callable[[float], float]) -> Any:
     return tuple(map(scaled, value)) if isinstance(value, tuple) else scaled(value)
 
 
-def need_state(given: State | None, name: str = "state") -> None:
+def require_state(given: State | None, name: str = "state") -> None:
     """Raise TypeError unless it is a State, or none at all."""
     if given is not None and not isinstance(given, State):
         raise TypeError(f"{name} = {given!r}: must be a damper.State(x, v, y, u)")

@@ -15,7 +15,7 @@ import click
 import damper
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.lazy import pd
-from damper.parameters.quantity import Declared
+from damper.parameters.quantity import QuantityClass
 from damper.parameters.units import TIME
 from damper.sweep.events import KINDS
 
@@ -36,7 +36,7 @@ def main() -> None:
     """
 
 
-def _quantities(kind: type[Declared]) -> Callable[[Any], Any]:
+def _quantities(kind: type[QuantityClass]) -> Callable[[Any], Any]:
     """Give a command an option for each quantity (a decorator)."""
 
     def decorate(command: Any) -> Any:

@@ -15,7 +15,7 @@ from damper.analysis.labels import label_of
 from damper.parameters.lazy import pd, xr
 from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
 from damper.sizing.search import DIGITS, Search
-from damper.sizing.study import CHANGED, PART, Judge, Sizes, rounded
+from damper.sizing.study import CHANGED, PART, Sizes, WorstCase, rounded
 from damper.sizing.words import ROUNDING, text_of
 from damper.sweep.progress import progress_bar
 
@@ -215,7 +215,7 @@ def design(
     >>> round(found.gap, 6), found.units["gap"], round(found.law, 6)
     (0.001055, 'm', 0.000181)
     """
-    judge = Judge(machine_from(machine, given))
+    judge = WorstCase(machine_from(machine, given))
     if quick:
         return _checked(_by_law(judge))
     _check_runs(judge)
@@ -238,7 +238,7 @@ def machine_from(machine: Any, given: Mapping[str, Any]) -> Machine:
     return machine_of(dict(machine or {}) | dict(given))
 
 
-def _check_runs(judge: Judge) -> None:
+def _check_runs(judge: WorstCase) -> None:
     """Raise ValueError for runs that would not end, or have too many impacts."""
     m = judge.machine
     periods = judge.run["periods"]
@@ -258,7 +258,7 @@ def _check_runs(judge: Judge) -> None:
         )
 
 
-def _without(judge: Judge, frequencies: list[float]) -> np.ndarray:
+def _without(judge: WorstCase, frequencies: list[float]) -> np.ndarray:
     """What counts without the damper, at each frequency; else one number."""
     m = judge.machine
     if m.is_free:
@@ -269,7 +269,7 @@ def _without(judge: Judge, frequencies: list[float]) -> np.ndarray:
     return np.array([m.counted(m.undamped(f), f) for f in frequencies])
 
 
-def _by_law(judge: Judge) -> Design:
+def _by_law(judge: WorstCase) -> Design:
     m = judge.machine
     if m.is_recorded:
         raise ValueError(
@@ -315,7 +315,7 @@ def _materials(m: Machine, of_each: Sequence[tuple[Sizes, float]]) -> pd.DataFra
     return pd.DataFrame(rows) if rows else None
 
 
-def _design(judge: Judge, damper: Sizes, quick: bool, **numbers: Any) -> Design:
+def _design(judge: WorstCase, damper: Sizes, quick: bool, **numbers: Any) -> Design:
     m = judge.machine
     return Design(
         machine=m,
@@ -330,7 +330,7 @@ def _design(judge: Judge, damper: Sizes, quick: bool, **numbers: Any) -> Design:
     )
 
 
-def _by_size(judge: Judge, damper: Sizes) -> tuple[str, ...]:
+def _by_size(judge: WorstCase, damper: Sizes) -> tuple[str, ...]:
     """Warnings that need no runs."""
     m, law, found = judge.machine, judge.law(damper), []
     if damper.gap >= 0.999 * m.largest_gap:
@@ -345,7 +345,7 @@ def _by_size(judge: Judge, damper: Sizes) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _assumptions(judge: Judge, quick: bool) -> Iterator[str]:
+def _assumptions(judge: WorstCase, quick: bool) -> Iterator[str]:
     m = judge.machine
     yield "One rigid free mass without friction in a box along the motion, between equal walls."
     yield "One mode of the machine; impacts take no time and have one coefficient of restitution."
@@ -449,7 +449,7 @@ def _decay_numbers(cube: xr.Dataset, envelope: xr.Dataset, m: Machine) -> dict[s
 
 
 def _record_numbers(
-    every: pd.DataFrame, cube: xr.Dataset, history: xr.Dataset, judge: Judge
+    every: pd.DataFrame, cube: xr.Dataset, history: xr.Dataset, judge: WorstCase
 ) -> dict[str, Any]:
     m = judge.machine
     sizes = cube[m.measured[0]]
@@ -502,7 +502,7 @@ def _runs_of(motions: xr.Dataset, m: Machine, frequency: float) -> pd.DataFrame:
     return pd.DataFrame(made)
 
 
-def _band_numbers(every: pd.DataFrame, cube: xr.Dataset, judge: Judge) -> dict[str, Any]:
+def _band_numbers(every: pd.DataFrame, cube: xr.Dataset, judge: WorstCase) -> dict[str, Any]:
     m = judge.machine
     axis, band, beyond = "forcing_frequency", judge.band, judge.beyond
     array = cube[m.measured[0]]
@@ -552,7 +552,7 @@ def _motions(cube: xr.Dataset, m: Machine) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _orbit(judge: Judge, damper: Sizes, frequency: float) -> Any:
+def _orbit(judge: WorstCase, damper: Sizes, frequency: float) -> Any:
     """The stable motion at a frequency, as built, if one cycle repeats; else None."""
     import damper as package
 
@@ -582,7 +582,7 @@ def _margins(orbit: Any, gap: float) -> dict[str, float]:
 
 
 def _changes(
-    judge: Judge, damper: Sizes, frequency: float, orbit: Any, studies: dict[str, Any]
+    judge: WorstCase, damper: Sizes, frequency: float, orbit: Any, studies: dict[str, Any]
 ) -> dict[str, Any]:
     """What a little more of each quantity changes; a study is added where runs say so."""
     m, slopes = judge.machine, {}
@@ -617,7 +617,7 @@ def _changes(
     }
 
 
-def _warnings(judge: Judge, numbers: Mapping[str, Any]) -> tuple[str, ...]:
+def _warnings(judge: WorstCase, numbers: Mapping[str, Any]) -> tuple[str, ...]:
     m = judge.machine
     found = []
     if numbers["fresh_ratio"] > _EXCEEDED:

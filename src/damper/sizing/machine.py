@@ -12,7 +12,7 @@ from pydantic import Field, ValidationError
 
 from damper.parameters.forcing import Record
 from damper.parameters.setting import Setting
-from damper.study.fields import Line, NamedMapping, Pair, Strict, Text, Unit
+from damper.study.fields import Line, NamedMapping, Pair, StrictModel, Text, Unit
 from damper.study.messages import Mistakes, mistakes_of
 from damper.study.settings import Assumed, Stated, check_origin, declared_class
 from damper.study.yaml_file import ConfigError, Problem, read_yaml, unreadable
@@ -84,7 +84,7 @@ else:
     Settings = declared_class("Settings", "What a machine is given by.", SETTINGS)
 
 
-class Material(Strict):
+class Material(StrictModel):
     """A material of the stops."""
 
     shorthand = "restitution"

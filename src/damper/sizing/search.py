@@ -20,7 +20,7 @@ import numpy as np
 
 from damper.parameters.lazy import pd
 from damper.sizing.machine import MASS_RATIOS
-from damper.sizing.study import Case, Chain, Judge, Sizes, rounded
+from damper.sizing.study import Case, Chain, Sizes, WorstCase, rounded
 from damper.sweep.progress import Progress
 from damper.sweep.runs import run_points
 
@@ -58,7 +58,7 @@ _LOOKS, _RISE = 4, 1.001
 class Search:
     """Dampers of a machine, with what is known of their worst cases."""
 
-    def __init__(self, judge: Judge) -> None:
+    def __init__(self, judge: WorstCase) -> None:
         self.judge = judge
         self.bounds: dict[Sizes, float] = {}
         """Sizes -> the greatest value of its runs so far."""
@@ -234,14 +234,14 @@ class Search:
         return np.split(greatest, places[:-1])
 
 
-def measure(judge: Judge, chains: Iterable[Chain]) -> np.ndarray:
+def measure(judge: WorstCase, chains: Iterable[Chain]) -> np.ndarray:
     """What counts, of each run; infinite where it stopped early or never fell so low."""
     m = judge.machine
     values = _run(judge, list(chains), judge.observers)[m.measured[0]]
     return np.where(np.isnan(values), np.inf, values * m.size).reshape(-1)
 
 
-def _run(judge: Judge, chains: Sequence[Chain], observers: Any) -> dict[str, np.ndarray]:
+def _run(judge: WorstCase, chains: Sequence[Chain], observers: Any) -> dict[str, np.ndarray]:
     """Run chains, each point from the end of the one before, and return what is observed."""
     points = [point for chain in chains for point in chain]
     before: list[int] = []

@@ -90,7 +90,7 @@ class Case(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Judge:
+class WorstCase:
     """How dampers of a machine are judged: frequencies, starts, lengths of runs."""
 
     machine: Machine

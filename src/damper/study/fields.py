@@ -51,7 +51,7 @@ _PROJECT = ("benchmarks", "config", "docs", "logs", "profiles", "src", "tests", 
 T = TypeVar("T")
 
 
-class Strict(BaseModel):
+class StrictModel(BaseModel):
     """A mapping of settings: unknown, missing and misspelt keys are reported in plain words."""
 
     model_config = ConfigDict(
@@ -109,7 +109,7 @@ class Strict(BaseModel):
         return getattr(self, self.shorthand) if given == {self.shorthand} else handler(self)
 
 
-def _as_read(cls: type[Strict], data: Any) -> Any:
+def _as_read(cls: type[StrictModel], data: Any) -> Any:
     """Return settings as pydantic is to see them.
 
     Text that looks like a number is one where a number is asked for, nothing at all is an empty
@@ -128,7 +128,7 @@ def _as_read(cls: type[Strict], data: Any) -> Any:
 
 
 @cache
-def _numeric(cls: type[Strict]) -> frozenset[str]:
+def _numeric(cls: type[StrictModel]) -> frozenset[str]:
     """Return the settings that have numbers in them."""
 
     def has_numbers(annotation: Any) -> bool:
@@ -154,7 +154,7 @@ def as_numbers(value: Any, deep: int = 2) -> Any:
 
 
 @dataclass(frozen=True)
-class Note:
+class SchemaNote:
     """Says in a JSON schema what is not pydantic's to say; see `Unit` and `Rule`."""
 
     keyword: str
@@ -166,13 +166,13 @@ class Note:
         return handler(core) | {self.keyword: self.text}
 
 
-Unit = partial(Note, "unit")
+Unit = partial(SchemaNote, "unit")
 """The unit of a number, for the reference and for editors."""
-Rule = partial(Note, "$comment")
+Rule = partial(SchemaNote, "$comment")
 """Allowed values in words, beside the bounds."""
 
 
-class Or:
+class OrWord:
     """Marks a number: a word may stand in its place."""
 
     def __init__(self, word: str) -> None:
@@ -263,7 +263,7 @@ Line = Annotated[Text, AfterValidator(_on_one_line), Rule("on one line")]
 FOLDER_WORDS = "a path below the project's folder, of up to 200 letters, digits, _, -, . and /"
 Folder = Annotated[Text, AfterValidator(_folder), Rule(f"that is {FOLDER_WORDS}")]
 """A path that Snakemake, and every platform, takes as it is."""
-Some = Annotated[tuple[T, ...], Field(min_length=1), Distinct()]
+DistinctList = Annotated[tuple[T, ...], Field(min_length=1), Distinct()]
 """A list of at least one, without repetition."""
 Pair = Annotated[tuple[T, T], Field(strict=False), AfterValidator(_rising), Rule("low < high")]
 Coordinate = Annotated[float, AfterValidator(_in_range), Rule(COORDINATE), Unit(THE_PARAMETERS)]
@@ -311,7 +311,9 @@ class NamedMapping:
         if id(of) not in self._adapters:
             bare = get_args(of)[0] if get_origin(of) is Annotated else of
             own = isinstance(bare, type) and issubclass(bare, BaseModel)
-            self._adapters[id(of)] = TypeAdapter(of, config=None if own else Strict.model_config)
+            self._adapters[id(of)] = TypeAdapter(
+                of, config=None if own else StrictModel.model_config
+            )
         return self._adapters[id(of)]
 
     def _check(self, value: Any) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema, create_model
 from pydantic_core import PydanticCustomError
 
 from damper.parameters.forcing import EACH_DRAW, FORCINGS, Forcing, Noise, Record, forcing_of
-from damper.study.fields import Or, Pair, Strict, Text, one_of
+from damper.study.fields import OrWord, Pair, StrictModel, Text, one_of
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.schema import Schema, first_line
@@ -27,7 +27,7 @@ from damper.study.settings import Assumed, Stated, check_origin
 from damper.study.yaml_file import Loc, unreadable
 
 
-class _Named(Strict):
+class _Named(StrictModel):
     """What a study says of any force."""
 
     shorthand = "kind"
@@ -144,7 +144,7 @@ def force_entry(kind: str) -> type[ForceEntry]:
         if declared is Record and default is ...:
             of, default = _Samples | None, None
         if declared is Noise and one.name == "seed":
-            of = Annotated[of, Or(EACH_DRAW)]
+            of = Annotated[of, OrWord(EACH_DRAW)]
             meanings[one.name] += f" `{EACH_DRAW}`: in each draw another one, by the seed of draws."
         given[one.name] = Annotated[of, Field(description=meanings.get(one.name, ""))], default
     bases: dict[type[Forcing], type[ForceEntry]] = {Record: RecordEntry, Noise: NoiseEntry}

@@ -20,7 +20,7 @@ from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
 from damper.observers import class_in
 from damper.parameters.names import unknown_name
-from damper.study.fields import Strict, one_of
+from damper.study.fields import StrictModel, one_of
 from damper.study.products import Product
 from damper.study.schema import Schema, nested
 from damper.study.study_file import StudyFile
@@ -33,7 +33,7 @@ class Kinds(Mapping[str, type[Any]]):
     packages below. Where a kind is a package itself, its module `within` has the class.
     """
 
-    def __init__(self, base: type[Strict], *packages: str, within: str = "") -> None:
+    def __init__(self, base: type[StrictModel], *packages: str, within: str = "") -> None:
         self._base, self._packages, self._within = base, packages, within
 
     @cached_property
@@ -69,7 +69,7 @@ class Kinds(Mapping[str, type[Any]]):
     def _named(self) -> Any:
         """Class of what is said of a kind alone."""
         return create_model(
-            "Kind", __base__=Strict, kind=(Annotated[str, one_of(self.modules)], ...)
+            "Kind", __base__=StrictModel, kind=(Annotated[str, one_of(self.modules)], ...)
         )
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:

@@ -28,7 +28,7 @@ from damper.parameters.quantities import (
 from damper.parameters.run import EngineSettings, RunLength, declared_in
 from damper.parameters.units import FREE, HERTZ, shown_unit
 from damper.study.axes import coordinate_name
-from damper.study.fields import Folder, NamedMapping, Some, Strict, Text
+from damper.study.fields import DistinctList, Folder, NamedMapping, StrictModel, Text
 from damper.study.forcing import FORCES, ForceEntry
 from damper.study.jobs import file_digest
 from damper.study.kinds import FIGURES, TABLES
@@ -118,7 +118,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         ),
     ] = None
     observers: Annotated[
-        dict[str, Strict],
+        dict[str, StrictModel],
         NamedMapping("observer", OBSERVER_SETTINGS, bare=True),
         Field(
             description="What to measure, at least one; an observer without settings takes its "
@@ -447,18 +447,18 @@ def _drawn_text(drawn: Drawn, units: str) -> str:
     return " or ".join(ways) + often
 
 
-class Settings(Strict):
+class Settings(StrictModel):
     """The configuration as written; the studies are found in the file system."""
 
     studies: Annotated[
-        Some[Text],
+        DistinctList[Text],
         Field(
             description="The studies to make: names of files in config/studies without .yaml, or "
             "paths that end in .yaml."
         ),
     ]
     targets: Annotated[
-        dict[str, Some[Text]],
+        dict[str, DistinctList[Text]],
         NamedMapping("target", to="its studies", dropped=False),
         Field(
             description="More studies, outside of the default run: name of a target -> studies "

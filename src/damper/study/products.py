@@ -17,10 +17,10 @@ from damper.parameters.names import nearest
 from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.variables import WORST
 from damper.study.axes import coordinate_name
-from damper.study.fields import Coordinate, NamedMapping, Some, Text, one_of
+from damper.study.fields import Coordinate, DistinctList, NamedMapping, Text, one_of
 from damper.study.messages import Mistakes
 from damper.study.settings import FollowedOrbit, given_settings
-from damper.study.study_file import Made, See
+from damper.study.study_file import ProductBase, See
 from damper.study.yaml_file import display, join_names
 from damper.sweep.branches import DIRECTIONS
 
@@ -153,7 +153,7 @@ REDUCTIONS = {
 }
 
 
-class Product(Made):
+class Product(ProductBase):
     """A figure or a table: its kind, and what it needs of the study."""
 
     of_theory: ClassVar[bool] = False
@@ -223,21 +223,21 @@ At = Annotated[
 ]
 _LEAST = [name for name, which in WORST.items() if which == "least"]
 Worst = Annotated[
-    Some[Text] | None,
+    DistinctList[Text] | None,
     Field(
         description="Axes, or direction or draw, of whose runs the worst counts: at each point the "
         f"greatest value, the least of {join_names(_LEAST)}. Of {join_names(WORST)}."
     ),
 ]
 Band = Annotated[
-    Some[Text] | None,
+    DistinctList[Text] | None,
     Field(
         description="The same, and a band shows the runs' values from the worst to the best, of "
         "three runs or more with their median; after worst."
     ),
 ]
 Share = Annotated[
-    Some[Text] | None,
+    DistinctList[Text] | None,
     Field(
         description="Axes, or direction or draw, of whose runs the part is shown in which the "
         "variable is above a limit; with above. Where worst is given as well, it comes first."
@@ -251,7 +251,7 @@ Above = Annotated[
     ),
 ]
 Choose = Annotated[
-    Some[Text] | None,
+    DistinctList[Text] | None,
     Field(
         description="Axes that are free to be chosen: at each point they have the values at which "
         "the (first) variable, reduced by worst or share, is least, or greatest where more is "
@@ -292,9 +292,9 @@ class FigureSettings(Product):
             if name not in used and len(values) > 1:
                 self._without_place(name, len(values), mistakes)
         if "body" not in used and not self.draws_bodies:
-            self._need_body(study, mistakes)
+            self._require_body(study, mistakes)
 
-    def _need_body(self, study: StudyContents, mistakes: Mistakes) -> None:
+    def _require_body(self, study: StudyContents, mistakes: Mistakes) -> None:
         """Note a mistake: it shows a single free mass, and the study has several."""
         shown = {getattr(self, "variable", None), *(getattr(self, "variables", None) or ())}
         shown |= {name for name in self.needs if isinstance(name, str)}
@@ -412,7 +412,7 @@ def check_written(
     mistakes.add(loc, message, known, nearest(name, study.variables))
 
 
-def need_orbits(loc: tuple[str, ...], study: StudyContents, mistakes: Mistakes) -> None:
+def require_orbits(loc: tuple[str, ...], study: StudyContents, mistakes: Mistakes) -> None:
     """Note that the study follows no periodic motion."""
     if not study.orbits:
         message = "shows periodic motions, but the study follows none"
@@ -428,7 +428,7 @@ def need(study: StudyContents, mistakes: Mistakes, *observers: str | tuple[str, 
             mistakes.add((), f"needs {either} among the observers", either)
 
 
-def need_laws(study: StudyContents, mistakes: Mistakes) -> None:
+def require_laws(study: StudyContents, mistakes: Mistakes) -> None:
     """Note that the study does not measure the laws, or not of a dimensionless damper."""
     need(study, mistakes, "laws")
     if study.si:
@@ -436,7 +436,7 @@ def need_laws(study: StudyContents, mistakes: Mistakes) -> None:
         mistakes.add((), message, "a dimensionless study")
 
 
-def need_listed_bursts(study: StudyContents, mistakes: Mistakes) -> None:
+def require_listed_bursts(study: StudyContents, mistakes: Mistakes) -> None:
     """Note that the study does not list bursts one by one."""
     if "bursts" not in study.observers:
         mistakes.add((), "needs bursts among the observers", "bursts: {records: 50}")
@@ -445,13 +445,13 @@ def need_listed_bursts(study: StudyContents, mistakes: Mistakes) -> None:
         mistakes.add((), message, "records >= 1 for bursts, such as records: 50")
 
 
-def need_starts(study: StudyContents, mistakes: Mistakes, along: str | None) -> None:
+def require_starts(study: StudyContents, mistakes: Mistakes, along: str | None) -> None:
     """Note that the study has one start at each point of an axis."""
     if not study.starts and not {*INITIAL_NAMES} & {*study.dimensions} - {along}:
         mistakes.add((), "needs several starts", "draws, or axes, of initial quantities")
 
 
-def need_one_run(study: StudyContents, mistakes: Mistakes, bisected: str | None = None) -> None:
+def require_one_run(study: StudyContents, mistakes: Mistakes, bisected: str | None = None) -> None:
     """Note that the study has several runs at each point, and what is bisected by single ones."""
     if not study.branches:
         return

@@ -29,7 +29,7 @@ from damper.parameters.forcing import FORCINGS
 from damper.parameters.quantities import INITIAL_QUANTITIES, QUANTITIES, SI_QUANTITIES, Quantity
 from damper.parameters.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
 from damper.study.estimate import MOST_SLICES
-from damper.study.fields import Strict
+from damper.study.fields import StrictModel
 from damper.study.forcing import FORCES, ForceEntry
 from damper.study.kinds import FIGURES, STUDIES, TABLES
 from damper.study.model import Settings, Study
@@ -141,12 +141,12 @@ def reference() -> str:
 _HEAD_OF_KEYS = ("key", "type", "unit", "default", "allowed", "meaning")
 
 
-def _keys(cls: type[Strict], path: str = "", *, deep: bool = False, **constants: str) -> str:
+def _keys(cls: type[StrictModel], path: str = "", *, deep: bool = False, **constants: str) -> str:
     return _table(_HEAD_OF_KEYS, _rows(cls, path, deep, constants))
 
 
 def _rows(
-    cls: type[Strict], path: str, deep: bool, constants: Mapping[str, str]
+    cls: type[StrictModel], path: str, deep: bool, constants: Mapping[str, str]
 ) -> Iterable[tuple[str, ...]]:
     for key, field in cls.model_fields.items():
         default = "**required**" if field.is_required() else _as_code(_default(field))
@@ -168,15 +168,15 @@ def _default(field: FieldInfo) -> Any:
     """Return the default of a field as a file would give it; None if there is none."""
     if field.is_required() or field.default is None:
         return None
-    if isinstance(field.default, Strict):
+    if isinstance(field.default, StrictModel):
         return field.default.model_dump(mode="json", exclude_none=True)
     return list(field.default) if isinstance(field.default, tuple) else field.default
 
 
-def settings_of(field: FieldInfo) -> type[Strict] | None:
+def settings_of(field: FieldInfo) -> type[StrictModel] | None:
     """Return the class of a setting that is a mapping of settings itself."""
     of: Any = field.annotation
-    return of if isinstance(of, type) and issubclass(of, Strict) else None
+    return of if isinstance(of, type) and issubclass(of, StrictModel) else None
 
 
 def setting_schema(field: FieldInfo) -> Schema:
@@ -241,7 +241,7 @@ def _variable(variable: Variable, setting: str = "") -> tuple[str, ...]:
     return f"`{variable.name}`", along, _units(variable.units), meaning, setting and f"`{setting}`"
 
 
-def _products(registry: Mapping[str, type[Strict]], section: str) -> Iterable[str]:
+def _products(registry: Mapping[str, type[StrictModel]], section: str) -> Iterable[str]:
     for kind, cls in registry.items():
         yield f"### kind: {kind}"
         yield cleandoc(cls.__doc__ or "")

@@ -17,7 +17,7 @@ from damper.study.model import Study
 from damper.study.products import StudyContents, check_listed
 from damper.study.settings import OBSERVER_SETTINGS, FollowedOrbit, check_drawn
 from damper.study.yaml_file import join_names
-from damper.theory.steady import need_steady, steady_gain
+from damper.theory.steady import require_steady, steady_gain
 
 
 def check_study(study: Study) -> None:
@@ -89,7 +89,7 @@ def _check_orbits(study: Study, mistakes: Mistakes) -> None:
     """Refuse to follow a motion along what is no axis, or out of it."""
     if not study.orbits:
         return
-    from damper.sweep.orbits.periodic import is_followed, need_force
+    from damper.sweep.orbits.periodic import is_followed, require_force
 
     axes = study.axis_values
     drawn = [name for name in study.drawn if name not in INITIAL_NAMES]
@@ -99,7 +99,7 @@ def _check_orbits(study: Study, mistakes: Mistakes) -> None:
         mistakes.add(("orbits",), message, allowed)
     try:
         for point in study.corners:
-            need_force(point, "an orbit")
+            require_force(point, "an orbit")
     except ValueError as error:
         mistakes.add(("orbits",), str(error), "a study without orbits, or under another force")
     for name, entry in study.orbits.items():
@@ -251,7 +251,7 @@ def _check_steady(study: Study, mistakes: Mistakes) -> None:
         return
     try:
         for point in study.corners:
-            need_steady(point)
+            require_steady(point)
     except ValueError as error:
         mistakes.add(("initial",), str(error), "rest")
         return

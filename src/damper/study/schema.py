@@ -1,6 +1,6 @@
 """JSON schemas by pydantic, a little shorter for editors, and what they say in words.
 
-What is in them beside pydantic's: ``unit`` and ``$comment``, see `damper.study.fields.Note`.
+What is in them beside pydantic's: ``unit`` and ``$comment``, see `damper.study.fields.SchemaNote`.
 """
 
 from __future__ import annotations

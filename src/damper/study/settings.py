@@ -29,13 +29,13 @@ from damper.study.axes import MOST_VALUES, grid, short
 from damper.study.fields import (
     Coordinate,
     Distinct,
+    DistinctList,
     Line,
     NamedMapping,
-    Or,
+    OrWord,
     Pair,
     Rule,
-    Some,
-    Strict,
+    StrictModel,
     Text,
     Unit,
     one_of,
@@ -75,7 +75,7 @@ InHertz = Annotated[
 ]
 
 
-class Fixed(Strict):
+class Fixed(StrictModel):
     """A parameter that is the same throughout the study."""
 
     shorthand = "value"
@@ -98,11 +98,11 @@ class Fixed(Strict):
         check_origin(self, mistakes)
 
 
-class Axis(Strict):
+class Axis(StrictModel):
     """A parameter that runs through values."""
 
     values: Annotated[
-        Some[Coordinate] | None,
+        DistinctList[Coordinate] | None,
         Field(description="The values one by one, in any order; without start, stop, num, step."),
     ] = None
     start: Annotated[
@@ -200,7 +200,7 @@ PrimaryStart = Annotated[
 ]
 
 
-class Drawn(Strict):
+class Drawn(StrictModel):
     """What a quantity may be at random: in a range, one of some values, or either."""
 
     shorthand = "range"
@@ -215,7 +215,7 @@ class Drawn(Strict):
         Field(description="Uniform in the range, or uniform in its logarithm (low > 0)."),
     ] = "linear"
     values: Annotated[
-        Some[Coordinate] | None,
+        DistinctList[Coordinate] | None,
         Field(description="Values of which it takes one, each as often as the others."),
     ] = None
     share: Annotated[
@@ -269,7 +269,7 @@ MOST_DRAWS = 100_000
 """More draws at each point are a slip of the pen."""
 
 
-class DrawKeys(Strict):
+class DrawKeys(StrictModel):
     """Settings of draws beside the drawn quantities."""
 
     count: Annotated[
@@ -331,7 +331,7 @@ def draw_settings(draws: Mapping[str, Any]) -> dict[str, Any]:
     return {key: draws[key] for key in _DRAW_KEYS if key in draws} | rules
 
 
-class Starts(Strict):
+class Starts(StrictModel):
     """Where the runs of `damper.simulate` start, and what is drawn at random."""
 
     initial: PrimaryStart = "rest"
@@ -350,7 +350,7 @@ Curves = Annotated[
 ]
 
 
-class FollowedOrbit(Strict):
+class FollowedOrbit(StrictModel):
     """A periodic motion to follow along an axis, stable or not, at each value of the others."""
 
     along: Annotated[Text, Field(description="Axis to follow it along, over its whole range.")]
@@ -390,7 +390,7 @@ class FollowedOrbit(Strict):
     ] = _NONE
 
 
-class Threshold(Strict):
+class Threshold(StrictModel):
     """The approach speed from which an impact is visible: `fraction` of the first, or `speed`."""
 
     shorthand = "fraction"
@@ -421,12 +421,12 @@ class Threshold(Strict):
         check_origin(self, mistakes)
 
 
-class InTime(Strict):
+class InTime(StrictModel):
     """A length of time, in place of cycles."""
 
     time: Annotated[
         Annotated[float, Field(gt=0)],
-        Or(END),
+        OrWord(END),
         Field(
             description="In s in an SI study, else in sqrt(M/K); end: that of the record or noise "
             "that drives the damper."
@@ -464,11 +464,11 @@ def declared_class(name: str, about: str | None, declared: Mapping[str, Setting]
         else:
             of = Annotated[_type(setting), Unit(setting.units)] if setting.units else _type(setting)
             fields[key] = (Annotated[of, described], ... if setting.stated else setting.default)
-    return create_model(name, __base__=Strict, __doc__=about, **fields)
+    return create_model(name, __base__=StrictModel, __doc__=about, **fields)
 
 
 @cache
-def observer_settings(name: str) -> type[Strict]:
+def observer_settings(name: str) -> type[StrictModel]:
     """Class of an observer's entry in a study, from the settings that the observer declares."""
     declared = observer_class(name)
     made = declared_class(declared.__name__, declared.__doc__, declared.settings)
@@ -493,10 +493,10 @@ def _type(setting: Setting) -> Any:
     return number if setting.default is not None else number | None
 
 
-class _Settings(Mapping[str, type[Strict]]):
+class _Settings(Mapping[str, type[StrictModel]]):
     """Observer -> class of its settings, made when it is asked for."""
 
-    def __getitem__(self, name: str) -> type[Strict]:
+    def __getitem__(self, name: str) -> type[StrictModel]:
         if name not in OBSERVERS:
             raise KeyError(name)
         return observer_settings(name)
@@ -508,11 +508,11 @@ class _Settings(Mapping[str, type[Strict]]):
         return len(OBSERVERS)
 
 
-OBSERVER_SETTINGS: Mapping[str, type[Strict]] = _Settings()
+OBSERVER_SETTINGS: Mapping[str, type[StrictModel]] = _Settings()
 SECTIONS = ("stroboscopic_section", "impact_section")
 
 
-def given_settings(settings: Strict) -> dict[str, Any]:
+def given_settings(settings: StrictModel) -> dict[str, Any]:
     """Return the settings of an observer as it takes them, without remarks on their origin."""
     remarks = {"threshold": {"assumed", "stated"}}
     return settings.model_dump(exclude_none=True, exclude=remarks)

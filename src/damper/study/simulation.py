@@ -19,7 +19,7 @@ from damper.parameters.run import DEFAULTS, settings_text
 from damper.study.axes import clean
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.cube import REFERENCES, gather
-from damper.sweep.points import need_parameters
+from damper.sweep.points import require_parameters
 from damper.sweep.progress import progress_bar
 from damper.sweep.record import record
 from damper.sweep.slices import simulate_slice
@@ -126,7 +126,7 @@ def simulate(
                 raise ValueError(f"{name} is given, and in masses as well: one of the two")
         given |= own
     if parameters is not None:
-        need_parameters(parameters)
+        require_parameters(parameters)
         beside: dict[str, Any] = dict(parameters.given)
         force = beside.pop("forcing", HARMONIC)
         forcing = force if forcing is HARMONIC else forcing

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, PrivateAttr
 
-from damper.study.fields import Line, Strict, Text
+from damper.study.fields import Line, StrictModel, Text
 from damper.study.jobs import Job
 from damper.study.yaml_file import dump_yaml
 
@@ -21,7 +21,7 @@ See = Annotated[
 ]
 
 
-class Made(Strict):
+class ProductBase(StrictModel):
     """A figure or a table of a study."""
 
     reads: ClassVar[tuple[str, ...]] = ("cube.nc",)
@@ -41,13 +41,13 @@ class Made(Strict):
         return {stem: self.model_dump(exclude={"see"}, exclude_none=True)}
 
 
-class StudyFile(Strict):
+class StudyFile(StrictModel):
     """A study: its subject, the origins of its values, its figures and tables."""
 
-    entries: ClassVar[Mapping[str, type[Strict]]] = {}
+    entries: ClassVar[Mapping[str, type[StrictModel]]] = {}
     """Sections whose entries are mappings of their own -> the class of these, for the reference."""
-    figure_kinds: ClassVar[Mapping[str, type[Made]]] = {}
-    table_kinds: ClassVar[Mapping[str, type[Made]]] = {}
+    figure_kinds: ClassVar[Mapping[str, type[ProductBase]]] = {}
+    table_kinds: ClassVar[Mapping[str, type[ProductBase]]] = {}
 
     title: Annotated[Line, Field(description="What the study is about, for people.")]
     source: Annotated[Text, Field(description="Where its values come from, such as a paper.")]

@@ -8,7 +8,7 @@ from damper.models.walls import slack
 from damper.parameters import Parameters, SIParameters, State, Units
 from damper.parameters.named import arguments, damper_of, language
 from damper.parameters.quantities import ALL, check_quantity
-from damper.parameters.state import need_state
+from damper.parameters.state import require_state
 from damper.theory.steady import steady_state
 
 #: Where the primary may start.
@@ -92,7 +92,7 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     if primary not in PRIMARY_STARTS:
         raise ValueError(f"primary = {primary!r}: must be one of {', '.join(PRIMARY_STARTS)}")
     kind, names, own, given = language(tuple(values))
-    scaled = kind.of_known(**arguments(kind, names, own, values))
+    scaled = kind.unchecked(**arguments(kind, names, own, values))
     parameters, units = scaled.dimensionless, scaled.units
     initial = {
         name: check_quantity(name, values[name]) / units.size(ALL[name].units) for name in given
@@ -108,7 +108,7 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     return Point(parameters, units, initial, primary)
 
 
-def need_parameters(given: object) -> None:
+def require_parameters(given: object) -> None:
     """Raise TypeError unless it is a damper."""
     if not isinstance(given, Parameters | SIParameters):
         raise TypeError(
@@ -129,8 +129,8 @@ def one_run(
     State(x=0.0, v=0.0, y=0.25, u=0.0, time=0.0)
     """
     if parameters is not None or not values:
-        need_parameters(parameters)
-    need_state(state)
+        require_parameters(parameters)
+    require_state(state)
     if not values:
         return parameters, state  # type: ignore[return-value]
     values = (parameters.given if parameters else {}) | dict(values)

@@ -25,7 +25,7 @@ from damper.parameters import State
 from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.quantity import whole
 from damper.parameters.run import RunSettings
-from damper.parameters.state import need_state
+from damper.parameters.state import require_state
 from damper.sweep.estimate import Workload
 from damper.sweep.points import Point, read_point
 from damper.sweep.progress import Progress
@@ -106,7 +106,7 @@ def run_points(
     forces = [point.parameters.forcing for point in read]
     dearest = max(forces, key=lambda force: force.samples + force.terms, default=HARMONIC)
     settings = RunSettings(**run)
-    need_state(state)
+    require_state(state)
     if settings.timed:
         lengths = [_cycles(point, settings, state) for point in read] or [(0.0, 0.0)]
     else:

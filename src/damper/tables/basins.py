@@ -10,7 +10,7 @@ from pydantic import Field
 from damper.analysis.basins import basin_fractions
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
-from damper.study.products import Product, Role, StudyContents, need_starts
+from damper.study.products import Product, Role, StudyContents, require_starts
 from damper.tables import Table
 
 
@@ -27,7 +27,7 @@ class Basins(Product):
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
-        need_starts(study, mistakes, self.along)
+        require_starts(study, mistakes, self.along)
 
 
 def make(results: Mapping[str, Any], settings: Basins) -> Table:

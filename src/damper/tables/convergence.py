@@ -12,7 +12,7 @@ from damper.analysis.labels import label_of
 from damper.parameters.lazy import pd
 from damper.parameters.quantities import MODEL_NAMES
 from damper.study import products
-from damper.study.fields import Some, Text
+from damper.study.fields import DistinctList, Text
 from damper.study.messages import Mistakes
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import join_names
@@ -29,7 +29,7 @@ _RECORDED = {
 }
 
 Compared = Annotated[
-    Some[Text],
+    DistinctList[Text],
     Field(
         description="Variables of the cube, each with one value at each point; or displacement "
         "or velocity, of which the section's last sample counts, or burst_onset, burst_duration, "
@@ -54,7 +54,7 @@ def check_convergence(settings: Any, study: products.StudyContents, mistakes: Mi
             message = f"'{name}' needs {' or '.join(needed)} among the observers"
             mistakes.add(("variables", i), message, " or ".join(needed))
     if "bursts" in study.observers and set(settings.variables).intersection(products.BURST_RECORDS):
-        products.need_listed_bursts(study, mistakes)
+        products.require_listed_bursts(study, mistakes)
     if len(settings.variables) > products.MOST_VARIABLES:
         message = f"{len(settings.variables)} variables are too many for one figure"
         mistakes.add(("variables",), message, f"at most {products.MOST_VARIABLES}")

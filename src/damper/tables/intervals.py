@@ -15,7 +15,7 @@ from damper.parameters.lazy import pd, xr
 from damper.parameters.variables import CHATTER_IMPACTS
 from damper.study.fields import Pair, Text
 from damper.study.messages import Mistakes
-from damper.study.products import Product, Role, StudyContents, need_one_run
+from damper.study.products import Product, Role, StudyContents, require_one_run
 from damper.tables import Table, place_cells
 
 _HEADING = "## Chatter beside the stated range, {:g} to {:g}"
@@ -43,7 +43,7 @@ class Intervals(Product):
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
-        need_one_run(study, mistakes, bisected="edges")
+        require_one_run(study, mistakes, bisected="edges")
 
 
 def make(results: Mapping[str, Any], settings: Intervals) -> Table:

@@ -11,7 +11,7 @@ from damper.observers.common.laws import ENERGY_PER_SEGMENT, LAW_NAMES, LIMIT
 from damper.parameters.lazy import pd, xr
 from damper.parameters.variables import STATUS_MEANINGS
 from damper.study.messages import Mistakes
-from damper.study.products import Product, StudyContents, need_laws
+from damper.study.products import Product, StudyContents, require_laws
 from damper.tables import Table
 
 _OUTCOME_WORDS = ("finished", "stopped by their event budget", "stopped because a search failed")
@@ -21,7 +21,7 @@ class LawsTable(Product):
     """Largest violation of each law, over all runs and in each regime."""
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
-        need_laws(study, mistakes)
+        require_laws(study, mistakes)
 
 
 def make(results: Mapping[str, Any], settings: LawsTable) -> Table:

@@ -10,7 +10,7 @@ import numpy as np
 from damper.analysis.labels import label_of
 from damper.parameters.lazy import pd, xr
 from damper.study.messages import Mistakes
-from damper.study.products import Product, StudyContents, need_orbits
+from damper.study.products import Product, StudyContents, require_orbits
 from damper.tables import Table
 
 
@@ -20,7 +20,7 @@ class SpecialPoints(Product):
     reads: ClassVar[tuple[str, ...]] = ("orbits.nc",)
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
-        need_orbits((), study, mistakes)
+        require_orbits((), study, mistakes)
 
 
 def make(results: Mapping[str, Any], settings: SpecialPoints) -> Table:

@@ -1,10 +1,10 @@
 """Closed forms and limits to compare simulations with."""
 
 from damper.parameters import Parameters
-from damper.parameters.dampers import BASIC, need_known
+from damper.parameters.dampers import BASIC, require_known
 
 
-def need_basic(parameters: Parameters, *also: str) -> None:
+def require_basic(parameters: Parameters, *also: str) -> None:
     """Raise ValueError unless these make the damper of the closed forms.
 
     It has rigid walls, a constant restitution, and no quantity but those of `BASIC` and `also`.
@@ -14,4 +14,4 @@ def need_basic(parameters: Parameters, *also: str) -> None:
         raise ValueError(f"the closed form is that of the rigid damper, this is the {p.model} one")
     if p.law != "constant":
         raise ValueError(f"the closed form has a constant restitution, this is the {p.law} law")
-    need_known(p, (*BASIC, *also), "the closed form")
+    require_known(p, (*BASIC, *also), "the closed form")

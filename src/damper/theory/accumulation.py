@@ -26,7 +26,7 @@ from damper.models.flights import begin, relative_rates
 from damper.models.masses import Rigid
 from damper.models.walls import time_to_completion
 from damper.parameters import Parameters
-from damper.parameters.dampers import BASIC, need_known
+from damper.parameters.dampers import BASIC, require_known
 from damper.parameters.quantities import check_quantity
 from damper.parameters.quantity import finite
 
@@ -104,7 +104,7 @@ def predict(
             "sample to sample"
         )
     known = (*BASIC, "restitution_left", "yield_speed", "force_amplitude", "forcing")
-    need_known(p, known, "the prediction")
+    require_known(p, known, "the prediction")
     if w > p.yield_speed:
         raise ValueError(
             f"rebound_speed = {rebound_speed!r}: must be <= yield_speed = {p.yield_speed!r}, below "

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from damper.parameters import Parameters
-from damper.theory import need_basic
+from damper.theory import require_basic
 from damper.theory.steady import steady_amplitude
 
 
@@ -43,7 +43,7 @@ def bounce(parameters: Parameters, periods: int) -> BouncingBall:
     (1.25, 1.0471975511965976)
     """
     p = parameters
-    need_basic(p, "force_amplitude", "gravity")
+    require_basic(p, "force_amplitude", "gravity")
     if not p.gravity:
         raise ValueError("gravity = 0.0: no ball comes back to the table; must not be 0")
     r, gamma, omega = p.restitution, abs(p.gravity), p.frequency_ratio

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from damper.parameters import Parameters
-from damper.theory import need_basic
+from damper.theory import require_basic
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fold, slope
 
 _ROUNDING = 1e-12
@@ -60,7 +60,7 @@ def equivalent_damping(parameters: Parameters, amplitudes: ArrayLike) -> np.ndar
     >>> round(float(equivalent_damping(p, largest_damping(p).amplitude)), 12)
     0.001909859317
     """
-    _need_free(parameters)
+    _require_free(parameters)
     p = parameters
     xi = np.asarray(amplitudes, dtype=float) / p.clearance
     if not (xi > 0.0).all():
@@ -75,7 +75,7 @@ def largest_damping(parameters: Parameters) -> Damping:
     That amplitude A is where the whole gap is pi A (1 + r)/(1 - r). With r = 1 nothing is lost at
     any amplitude: ValueError, as `equivalent_damping`.
     """
-    _need_free(parameters)
+    _require_free(parameters)
     p = parameters
     rho = slope(p.restitution)
     if rho == 0.0:
@@ -108,7 +108,7 @@ def least_at_resonance(parameters: Parameters) -> Resonance:
     (12.7882, 60.2629)
     """
     p = parameters
-    need_basic(p, "force_amplitude")
+    require_basic(p, "force_amplitude")
     if p.frequency_ratio != 1.0:
         raise ValueError(f"frequency_ratio = {p.frequency_ratio!r}: the law is for resonance, 1")
     rho = slope(p.restitution)
@@ -148,7 +148,7 @@ def amplitude_range(parameters: Parameters) -> tuple[float, float]:
 
     In units of length. Errors are those of `equivalent_damping`.
     """
-    _need_free(parameters)
+    _require_free(parameters)
     p = parameters
     low = fold(p.restitution).xi
     return low * p.clearance, float(amplitude(SYMMETRIC_LIMIT, p.restitution)) * p.clearance
@@ -199,10 +199,10 @@ def _strength(p: Parameters) -> float:
     return 4.0 * p.mass_ratio * slope(p.restitution) / math.pi**2
 
 
-def _need_free(parameters: Parameters) -> None:
+def _require_free(parameters: Parameters) -> None:
     """Raise ValueError unless the law holds for these parameters."""
     p = parameters
-    need_basic(p, "force_amplitude", "forcing")
+    require_basic(p, "force_amplitude", "forcing")
     if p.force_amplitude != 0.0 and p.forcing.kind != "none":
         raise ValueError(
             f"force_amplitude = {p.force_amplitude!r}: the law is that of free motion; must be 0"

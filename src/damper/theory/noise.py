@@ -20,7 +20,7 @@ import math
 
 from damper.parameters import Parameters
 from damper.parameters.forcing import Noise
-from damper.theory import need_basic
+from damper.theory import require_basic
 
 #: Intervals of the integrals over the speed.
 _STEPS = 2000
@@ -44,7 +44,7 @@ def intensity(parameters: Parameters) -> float:
     >>> round(intensity(p), 4), round(laws(p)["mean_kinetic_energy"], 4)
     (0.2618, 1.309)
     """
-    need_basic(parameters, "force_amplitude", "forcing")
+    require_basic(parameters, "force_amplitude", "forcing")
     noise = parameters.forcing
     if not isinstance(noise, Noise) or noise.of != "force" or not noise.band[0] < 1 < noise.band[1]:
         raise ValueError(

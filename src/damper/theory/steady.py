@@ -4,7 +4,7 @@ import cmath
 import math
 
 from damper.parameters import Parameters
-from damper.parameters.dampers import need_known
+from damper.parameters.dampers import require_known
 
 #: Quantities of the steady response; quantities that act on the free mass only.
 PRIMARY = ("damping_ratio", "frequency_ratio", "phase", "force_amplitude")
@@ -56,9 +56,9 @@ def steady_amplitude(damping_ratio: float, frequency_ratio: float) -> float:
         return math.inf
 
 
-def need_steady(parameters: Parameters) -> None:
+def require_steady(parameters: Parameters) -> None:
     """Raise ValueError for a quantity that may act on the primary alone, and is not known here."""
-    need_known(parameters, (*PRIMARY, *FREE_MASS), "the steady response")
+    require_known(parameters, (*PRIMARY, *FREE_MASS), "the steady response")
 
 
 def steady_state(parameters: Parameters) -> tuple[float, float]:
@@ -67,14 +67,14 @@ def steady_state(parameters: Parameters) -> tuple[float, float]:
     Raises
     ------
     ValueError
-        As `steady_gain` and `need_steady`.
+        As `steady_gain` and `require_steady`.
 
     Examples
     --------
     >>> steady_state(Parameters(0.1, 0.0, 0.5, 1.0, 0.6))  # sin(t/2) / (1 - 1/4)
     (0.0, 0.6666666666666666)
     """
-    need_steady(parameters)
+    require_steady(parameters)
     gain = steady_gain(parameters.damping_ratio, parameters.frequency_ratio)
     turning = gain * cmath.exp(1j * parameters.phase)
     size = parameters.force_amplitude

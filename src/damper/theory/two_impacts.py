@@ -32,7 +32,7 @@ from damper.engine.trajectory import Trajectory
 from damper.models import start_run
 from damper.models.response import ShiftedOscillator
 from damper.parameters import Parameters, State
-from damper.theory import need_basic
+from damper.theory import require_basic
 from damper.theory.steady import steady_amplitude
 
 #: The free mass must reach the far wall after half a period, to this part of it.
@@ -234,7 +234,7 @@ def _speeds(parameters: Parameters) -> _Speeds:
 def _linear_form(parameters: Parameters) -> tuple[np.ndarray, np.ndarray] | None:
     """Return alpha, beta of the sine and cosine V alpha + d beta; None where there is no orbit."""
     p = parameters
-    need_basic(p)
+    require_basic(p)
     half = math.pi / p.frequency_ratio
     flow = _flow(p.damping_ratio, p.frequency_ratio, half)
     free, forced = flow[:, :2], flow[:, 2:]

@@ -13,7 +13,7 @@ from figures.drawing import drawn_by, legend_texts
 from scenes import SLOW
 
 from damper.observers import class_in
-from damper.study.study_file import Made
+from damper.study.study_file import ProductBase
 from damper.sweep.cube import CONVENTIONS, write_cube
 from damper.sweep.parts import PartData
 from damper.verification import timing
@@ -198,7 +198,7 @@ def cells_of(markdown):
 
 
 def made(kind, errors, timings):
-    settings = class_in(kind, Made).model_construct()
+    settings = class_in(kind, ProductBase).model_construct()
     return kind.make({"cube": errors, "timings": timings}, settings)
 
 

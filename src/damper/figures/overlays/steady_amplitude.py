@@ -11,7 +11,7 @@ from damper.figures.common.panels import legend_line
 from damper.figures.common.style import BLACK
 from damper.figures.overlays import Panels
 from damper.parameters.lazy import Artist
-from damper.theory import need_basic
+from damper.theory import require_basic
 from damper.theory.steady import steady_amplitude
 
 _CURVE: dict[str, Any] = {"color": BLACK, "lw": 0.9, "ls": (0, (3.0, 1.5))}
@@ -29,7 +29,7 @@ def overlay(panels: Panels) -> list[Artist]:
     limits = ax.get_ylim()
     values = np.linspace(*ax.get_xlim(), _POINTS)
     damper, _ = damper_at(panels.cube, frequency_ratio=1.0, clearance=1.0)
-    need_basic(damper)
+    require_basic(damper)
     zeta = damper.damping_ratio
     ax.plot(values, [steady_amplitude(zeta, omega) for omega in values], **_CURVE)
     ax.set_ylim(limits)

@@ -14,7 +14,7 @@ from damper.observers.common.settings import Setting
 from damper.parameters.variables import Variable
 
 
-def need_bodies(model: Any, name: str, bodies: tuple[int, ...]) -> None:
+def require_bodies(model: Any, name: str, bodies: tuple[int, ...]) -> None:
     """Raise ValueError for a free mass that there is not."""
     count = count_masses(model)
     if max(bodies) >= count:
@@ -84,7 +84,7 @@ class OfEachBody(Observer):
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
-        need_bodies(trajectory.model, self.name, self.bodies)
+        require_bodies(trajectory.model, self.name, self.bodies)
         self._model = trajectory.model
         for body, observer in zip(self.bodies, self._observers, strict=True):
             seen = copy(trajectory)

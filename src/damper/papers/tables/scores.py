@@ -18,9 +18,9 @@ from damper.analysis.labels import label_of
 from damper.papers.base import Tolerances
 from damper.papers.statements import SCORES
 from damper.parameters.lazy import pd, xr
-from damper.study.fields import Some, one_of
+from damper.study.fields import DistinctList, one_of
 from damper.study.messages import Mistakes
-from damper.study.products import Place, Product, StudyContents, check_listed, need_one_run
+from damper.study.products import Place, Product, StudyContents, check_listed, require_one_run
 from damper.tables import Table
 
 #: A statement holds from this score on: a deviation by its tolerance.
@@ -33,7 +33,7 @@ class ScoresTable(Product):
     """Calibration: how far each set of parameters meets the papers' statements."""
 
     statements: Annotated[
-        Some[Annotated[str, one_of(SCORES)]],
+        DistinctList[Annotated[str, one_of(SCORES)]],
         Field(description="Statements of the papers that this study tests; they are joined."),
     ]
     preset: Annotated[
@@ -48,7 +48,7 @@ class ScoresTable(Product):
     ] = 200
 
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
-        need_one_run(study, mistakes)
+        require_one_run(study, mistakes)
         for name in self.statements:
             for observer in SCORES[name].observers:
                 if observer not in study.observers:

@@ -26,7 +26,7 @@ from damper.engine.segment import (
 from damper.engine.trajectory import Trajectory
 from damper.models import check_state, model_of
 from damper.models.sensitivity import Stencil, follow_change
-from damper.models.tangent import derivative, need_bounded
+from damper.models.tangent import derivative, require_bounded
 from damper.models.walls import slack
 from damper.parameters import Parameters, State
 
@@ -90,7 +90,7 @@ class Arc:
         """
         change = of_start[:, None].copy()
         follow_change(self.trajectory.model, stencil, self.rows, change, False)
-        need_bounded(self.trajectory.model, change)
+        require_bounded(self.trajectory.model, change)
         return change[:, 0]
 
     def state_after(self, tau: float) -> np.ndarray:

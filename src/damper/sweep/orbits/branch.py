@@ -14,7 +14,7 @@ from damper.parameters.named import named_quantity, rates_of, value_of, with_val
 from damper.parameters.quantity import real, whole
 from damper.parameters.units import LENGTH, SI_UNITS, SPEED, attributes_of, units_of
 from damper.sweep.orbits.equation import OrbitEquation, OrbitPoint
-from damper.sweep.orbits.periodic import PeriodicOrbit, check, need_force, need_in_step
+from damper.sweep.orbits.periodic import PeriodicOrbit, check, require_force, require_in_step
 from damper.sweep.orbits.walk import Walk
 from damper.sweep.progress import progress_bar
 
@@ -76,7 +76,7 @@ def continue_orbit(
     """
     if not isinstance(orbit, PeriodicOrbit):
         raise TypeError(f"orbit = {orbit!r}: must be a damper.PeriodicOrbit")
-    most, step = whole("max_orbits", max_orbits, 1), need_step(step)
+    most, step = whole("max_orbits", max_orbits, 1), require_step(step)
     first = _through(orbit, parameter, start, stop)
     with watched(f"following {parameter}", float(first.at[-1])) as watch:
         down = up = Walk(first.turned(-1.0), step, most, (), until_change, watch)
@@ -192,7 +192,7 @@ class Branch:
         TypeError
             For what is no special point.
         """
-        need_point(point)
+        require_point(point)
         if point.kind not in ("period doubling", "symmetry breaking", "branch point"):
             raise ValueError(f"no branch crosses at a point of the kind {point.kind!r}")
         doubled = point.kind == "period doubling"
@@ -275,7 +275,7 @@ def _through(orbit: PeriodicOrbit, name: str, start: float, stop: float) -> Orbi
     """Return the orbit as a point of its branch."""
     p, state = orbit.parameters, orbit.scaled.start
     check(p, orbit.period)
-    low, high = need_range(orbit, name, start, stop)
+    low, high = require_range(orbit, name, start, stop)
     own = value_of(p, name)
     line = (name,), np.array([low]), np.array([high - low])
     equation = OrbitEquation(p, *line, orbit.period, state.copy(), np.zeros(1), orbit.idle)
@@ -287,13 +287,13 @@ def _through(orbit: PeriodicOrbit, name: str, start: float, stop: float) -> Orbi
     return OrbitPoint(equation, at, found, np.eye(len(at))[-1]).recentred()
 
 
-def need_point(point: SpecialPoint) -> None:
+def require_point(point: SpecialPoint) -> None:
     """Raise TypeError unless it is a special point."""
     if not isinstance(point, SpecialPoint):
         raise TypeError(f"point = {point!r}: must be one of a branch's special_points")
 
 
-def need_step(step: float) -> float:
+def require_step(step: float) -> float:
     """Check the largest step along a branch or a curve, a part of the range."""
     step = real("step", step)
     if not 0.0 < step <= 1.0:
@@ -301,7 +301,9 @@ def need_step(step: float) -> float:
     return step
 
 
-def need_range(orbit: PeriodicOrbit, name: str, start: float, stop: float) -> tuple[float, float]:
+def require_range(
+    orbit: PeriodicOrbit, name: str, start: float, stop: float
+) -> tuple[float, float]:
     """Least and greatest value of a range of an orbit's parameter, its own value between them.
 
     Raises
@@ -321,7 +323,7 @@ def need_range(orbit: PeriodicOrbit, name: str, start: float, stop: float) -> tu
             f"{name} from {start!r} to {stop!r}: must be a range with the orbit's own {own!r}"
         )
     for end in (low, high):
-        need_force(with_values(p, {name: end}), f"{name} from {start!r} to {stop!r}")
+        require_force(with_values(p, {name: end}), f"{name} from {start!r} to {stop!r}")
     rates = {key: rate for key, rate in rates_of(p, name).items() if key not in SI_UNITS}
-    need_in_step(orbit, neighbours(p.dimensionless, rates), name)
+    require_in_step(orbit, neighbours(p.dimensionless, rates), name)
     return low, high

@@ -309,7 +309,7 @@ class PeriodicOrbit:
         scaled = self.scaled
         p = scaled.parameters.dimensionless
         stencil = neighbours(p, rates)
-        need_in_step(self, stencil, parameter)
+        require_in_step(self, stencil, parameter)
         arc = run_arc(p, scaled.start, 0.0, float(self.period), model_along(p, rates))
         matrix = arc.fixed_point_matrix
         if np.linalg.cond(matrix) > _SINGULAR:
@@ -387,14 +387,14 @@ def check(parameters: Parameters | SIParameters, period: int) -> None:
     """Refuse what is not followed."""
     if not isinstance(parameters, Parameters | SIParameters):
         raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
-    need_force(parameters, "an orbit")
+    require_force(parameters, "an orbit")
     p = parameters.dimensionless
     order = p.modulation_order if p.model == "time_varying" else 1
     if period % order:
         raise ValueError(f"period = {period}: must be a multiple of modulation_order = {order}")
 
 
-def need_in_step(orbit: PeriodicOrbit, stencil: Stencil, name: str) -> None:
+def require_in_step(orbit: PeriodicOrbit, stencil: Stencil, name: str) -> None:
     """Raise ValueError where a parameter parts masses that move in step."""
     p = orbit.parameters.dimensionless
     moves = leaders(p, orbit.scaled.start)[2::2] // 2 - 1
@@ -410,7 +410,7 @@ def need_in_step(orbit: PeriodicOrbit, stencil: Stencil, name: str) -> None:
         )
 
 
-def need_force(parameters: Parameters | SIParameters, what: str) -> None:
+def require_force(parameters: Parameters | SIParameters, what: str) -> None:
     """Raise ValueError unless a force acts that repeats with the clock."""
     p = parameters.dimensionless
     if p.force_amplitude == 0.0 or p.forcing.kind == "none":

@@ -13,7 +13,13 @@ import numpy as np
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.named import value_of
 from damper.parameters.quantity import whole
-from damper.sweep.orbits.branch import SpecialPoint, need_point, need_range, need_step, watched
+from damper.sweep.orbits.branch import (
+    SpecialPoint,
+    require_point,
+    require_range,
+    require_step,
+    watched,
+)
 from damper.sweep.orbits.equation import MARGIN, OrbitEquation, OrbitPoint
 from damper.sweep.orbits.periodic import PeriodicOrbit
 from damper.sweep.orbits.special import grazing, last_complete, root
@@ -71,8 +77,8 @@ def continue_point(
     >>> curve.values("clearance").round(6).tolist()[::len(curve.orbits) - 1]
     [4.616152, 4.685418]
     """
-    need_point(point)
-    most, step = whole("max_points", max_points, 1), need_step(step)
+    require_point(point)
+    most, step = whole("max_points", max_points, 1), require_step(step)
     own = point.found.name
     if not isinstance(ranges, Mapping):
         raise TypeError(f"ranges = {ranges!r}: must be a mapping of two parameters to (low, high)")
@@ -85,7 +91,7 @@ def continue_point(
     for name in names:
         if not isinstance(ranges[name], Sequence | np.ndarray) or len(ranges[name]) != 2:
             raise TypeError(f"ranges: {name} = {ranges[name]!r}: must be (low, high)")
-    ends = [need_range(point.orbit, name, *ranges[name]) for name in names]
+    ends = [require_range(point.orbit, name, *ranges[name]) for name in names]
     plane = _Plane(tuple(names), np.array([e[0] for e in ends]), np.array([e[1] for e in ends]))
     first = plane.on(point.found)
     with watched(f"following a {point.kind}", float(plane.place(first.parameters)[1])) as watch:

@@ -9,22 +9,22 @@ from pydantic import Field
 
 from damper.analysis.labels import label_of
 from damper.parameters import Parameters
-from damper.parameters.dampers import BASIC, need_known
+from damper.parameters.dampers import BASIC, require_known
 from damper.parameters.quantities import ALL, DIMENSIONLESS_NAMES, INITIAL_NAMES, QUANTITIES
 from damper.parameters.variables import TIME
-from damper.study.fields import NamedMapping, Some, Strict, Text, Unit
+from damper.study.fields import DistinctList, NamedMapping, StrictModel, Text, Unit
 from damper.study.jobs import Job
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.settings import Fixed
-from damper.study.study_file import Made, StudyFile
+from damper.study.study_file import ProductBase, StudyFile
 from damper.verification.comparison.solvers import SOLVERS
 
 _NONE: dict[str, Any] = {}
 _HERE = "damper.verification.comparison"
 
 
-class SceneSettings(Strict):
+class SceneSettings(StrictModel):
     """A run on which all solvers are compared."""
 
     title: Annotated[Text, Field(description="A few words, for panels and tables.")]
@@ -65,21 +65,21 @@ class SceneSettings(Strict):
                 message = "the other solvers have rigid walls and a constant restitution"
                 mistakes.add(("parameters",), message, "a scene of the rigid damper")
             else:
-                need_known(damper, BASIC, "the comparison")
+                require_known(damper, BASIC, "the comparison")
         except ValueError as error:
             mistakes.add(("parameters",), str(error))
 
 
-FIGURES = Kinds(Made, "damper.verification.comparison.figures")
-TABLES = Kinds(Made, "damper.verification.comparison.tables")
+FIGURES = Kinds(ProductBase, "damper.verification.comparison.figures")
+TABLES = Kinds(ProductBase, "damper.verification.comparison.tables")
 
 
 class Comparison(StudyFile):
     """Solvers compared on scenes: errors against a reference to 50 digits, and run times."""
 
-    entries: ClassVar[Mapping[str, type[Strict]]] = {"scenes": SceneSettings}
-    figure_kinds: ClassVar[Mapping[str, type[Made]]] = FIGURES
-    table_kinds: ClassVar[Mapping[str, type[Made]]] = TABLES
+    entries: ClassVar[Mapping[str, type[StrictModel]]] = {"scenes": SceneSettings}
+    figure_kinds: ClassVar[Mapping[str, type[ProductBase]]] = FIGURES
+    table_kinds: ClassVar[Mapping[str, type[ProductBase]]] = TABLES
     models: ClassVar[tuple[str, ...]] = ("rigid",)
 
     kind: Annotated[Literal["comparison"], Field(description="That it is such a study.")]
@@ -89,7 +89,7 @@ class Comparison(StudyFile):
         Field(description="Name -> what is simulated."),
     ]
     solvers: Annotated[
-        dict[str, Some[Annotated[float, Field(gt=0)]]],
+        dict[str, DistinctList[Annotated[float, Field(gt=0)]]],
         NamedMapping("solver", tuple(SOLVERS), dropped=True),
         Field(
             description="Name -> values of the one setting that makes it more exact, the coarsest "
@@ -120,12 +120,12 @@ class Comparison(StudyFile):
         Field(gt=0, description="Time spent on one run, after which it is not repeated any more."),
     ] = 0.2
     figures: Annotated[
-        dict[str, Annotated[Made, FIGURES]],
+        dict[str, Annotated[ProductBase, FIGURES]],
         NamedMapping("figure"),
         Field(description="What to draw: name of the file -> kind and its settings."),
     ] = _NONE
     tables: Annotated[
-        dict[str, Annotated[Made, TABLES]],
+        dict[str, Annotated[ProductBase, TABLES]],
         NamedMapping("table"),
         Field(description="What to tabulate: name of the file -> kind and its settings."),
     ] = _NONE

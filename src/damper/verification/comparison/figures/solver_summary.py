@@ -13,7 +13,7 @@ from damper.figures.common.panels import finish, panel_grid
 from damper.figures.common.style import BLACK, MISSING
 from damper.parameters.lazy import Axes, Figure, xr
 from damper.study.products import Caption
-from damper.study.study_file import Made, See
+from damper.study.study_file import ProductBase, See
 from damper.verification.comparison import best
 from damper.verification.comparison.errors import OUTCOMES
 from damper.verification.comparison.marks import FAILURES
@@ -30,7 +30,7 @@ _CORNER, _SIZE, _FIT = 4.2, 5.6, 46.0
 _ERRORS, _RATIOS = (1e-14, 1.0), (1.0, 1e5)
 
 
-class SolverSummary(Made):
+class SolverSummary(ProductBase):
     """Smallest error of each solver on each scene, and its run time beside the engine's."""
 
     reads: ClassVar[tuple[str, ...]] = best.FILES

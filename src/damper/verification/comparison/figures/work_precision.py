@@ -16,7 +16,7 @@ from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.study.fields import one_of
 from damper.study.products import Caption
-from damper.study.study_file import Made, See
+from damper.study.study_file import ProductBase, See
 from damper.verification.comparison.best import FILES
 from damper.verification.comparison.errors import GOOD, OUTCOMES
 from damper.verification.comparison.marks import FAILURES, line_of
@@ -39,7 +39,7 @@ _MEANINGS = {
 }
 
 
-class WorkPrecision(Made):
+class WorkPrecision(ProductBase):
     """Error against run time, one panel for each scene and one line for each solver."""
 
     reads: ClassVar[tuple[str, ...]] = FILES

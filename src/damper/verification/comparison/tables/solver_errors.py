@@ -9,7 +9,7 @@ import numpy as np
 
 from damper.analysis.labels import capital, label_of, short
 from damper.parameters.lazy import pd, xr
-from damper.study.study_file import Made
+from damper.study.study_file import ProductBase
 from damper.tables import Table
 from damper.verification.comparison.errors import GOOD, MEASURES, OUTCOMES
 
@@ -26,7 +26,7 @@ _ABOUT = (
 )
 
 
-class SolverErrors(Made):
+class SolverErrors(ProductBase):
     """Errors and outcomes of every solver on every scene."""
 
 

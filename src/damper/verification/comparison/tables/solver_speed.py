@@ -9,7 +9,7 @@ import numpy as np
 
 from damper.analysis.labels import capital, short, time_text
 from damper.parameters.lazy import pd, xr
-from damper.study.study_file import Made
+from damper.study.study_file import ProductBase
 from damper.tables import Table
 from damper.verification.comparison import best
 from damper.verification.comparison.tables.solver_errors import levels
@@ -21,7 +21,7 @@ ERROR = "impact_time_error"
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
 
 
-class SolverSpeed(Made):
+class SolverSpeed(ProductBase):
     """The time that each solver takes to reach a given error, beside the engine's."""
 
     reads: ClassVar[tuple[str, ...]] = best.FILES
