@@ -3,7 +3,7 @@
 import inspect
 import math
 from importlib import import_module
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import Any, NamedTuple
 
 import forced_scenes
@@ -14,6 +14,7 @@ from new_process import in_new_process
 from scenes import QUIET as SCENE
 
 from damper import Parameters, State, events, simulate
+from damper.engine.compiled import plain
 from damper.engine.forcing import derivative_of, phase_at
 from damper.engine.model import mass_ratio_at
 from damper.engine.segment import (
@@ -34,8 +35,10 @@ from damper.engine.segment import (
 )
 from damper.models import start_run
 from damper.models.forces import drive_of
+from damper.observers.common.laws import broken
 from damper.parameters.forcing import Base, Harmonics, Record
 from damper.parameters.models import MODELS
+from damper.sweep.runs import run_points
 
 #: Model -> what makes it, beside SCENE; where impacts, sticking and releases happen.
 MADE = forced_scenes.MODELS | {
@@ -362,3 +365,38 @@ def test_nothing_is_assumed_of_what_does_not_say(name: str, function: Any) -> No
     else:
         with pytest.raises(TypeError, match="is not implemented for Unknown"):
             function(*arguments)
+
+
+#: Features of a damper with one parameter each; two of them make a pair.
+FEATURES: dict[str, dict[str, Any]] = {
+    "gravity": {"gravity": 0.1},
+    "differing walls": {"restitution_left": 0.5},
+    "yielding walls": {"yield_speed": 0.05},
+    "support": {"support_stiffness_ratio": 0.02},
+    "friction": {"friction": 0.01},
+    "masses": {"masses": [{}, {"clearance": 0.3}]},
+    "units": {"unit_count": 2},
+    "compliant": {"contact_stiffness_ratio": 1e4},
+    "time-varying": {"modulation_depth": 0.2},
+}
+#: Pairs that docs/models.md lists as refused.
+REFUSED = (
+    *((name, "compliant") for name in ("yielding walls", "support", "friction", "masses", "units")),
+    *((name, "time-varying") for name in ("support", "friction", "masses", "units", "compliant")),
+    ("support", "units"),
+    ("masses", "units"),
+)
+
+
+@pytest.mark.parametrize(("one", "other"), [*combinations(FEATURES, 2)])
+@plain
+def test_two_features_combine_or_are_refused(one: str, other: str) -> None:
+    """No law of the model is broken; a refusal names a parameter of each."""
+    values = SCENE | FEATURES[one] | FEATURES[other]
+    if (one, other) in REFUSED:
+        with pytest.raises(ValueError, match="|".join((*FEATURES[one], *FEATURES[other]))):
+            Parameters(**values)
+        return
+    arrays, _ = run_points([values], {"laws": {}}, transient=0, periods=1)
+    assert arrays["status"][0] == 0
+    assert not broken(arrays).any()

@@ -689,8 +689,8 @@ _OF_LAWS = tuple(q for q in Parameters.quantities if q.law)
 
 #: Models that each of several masses may be one of.
 _OF_EACH = {"sliding", "grounded"}
-#: Order of `Parameters.features`.
-_ORDER = ("compliant", "time_varying", "several", "grounded", "sliding")
+#: Order of `Parameters.features`: the slowest model first.
+_ORDER = ("compliant", "time_varying", "several", "sliding", "grounded")
 
 
 #: Quantities that every damper needs.

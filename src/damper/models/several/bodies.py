@@ -99,7 +99,7 @@ class Several(NamedTuple):
         """What the masses have, as `damper.parameters.models` calls it."""
         supported = np.any(self.masses[:, STIFFNESS] > 0.0)
         rubs = isinstance(self.friction, Frictions)
-        return ("several", *["grounded"] * int(supported), *["sliding"] * rubs)
+        return ("several", *["sliding"] * rubs, *["grounded"] * int(supported))
 
 
 class SeveralSegment(NamedTuple):
