@@ -342,6 +342,7 @@ GENERAL = (
     "turned",
     "stays",
     "rest_or_slide",
+    "fly_on",
     "bounce_of",
 )
 #: What every force answers but `damper.engine.forcing.weighed`, which is made of one: no weight.

@@ -20,7 +20,6 @@ from damper.engine.segment import (
     IMPACT,
     NOTHING,
     RELEASE,
-    REVERSAL,
     SLIP,
     STICK,
     STICKING,
@@ -31,7 +30,7 @@ from damper.engine.segment import (
     segment_after,
 )
 from damper.models import flights
-from damper.models.flights import EVENT, STOPS, Bounce, End, bounce_at, fly, unclipped
+from damper.models.flights import EVENT, Bounce, End, bounce_at, fly, unclipped
 
 
 @by_class
@@ -52,6 +51,12 @@ def stays(start: Any, model: Any, segment: Segment) -> bool:
 def rest_or_slide(start: Any, model: Any, segment: Segment) -> Segment:
     """The segment that begins without a relative velocity, where dry friction may hold it."""
     return segment
+
+
+@by_class_or_default
+def fly_on(start: Any, model: Any, segment: Segment, end: End) -> Step:
+    """Step over the end of a flight without an impact; under friction it may have stopped."""
+    return go_on(model, segment, end, FLIGHT, NOTHING)
 
 
 @by_class_or_default
@@ -94,9 +99,7 @@ def _following(model: Any, segment: Segment, start: Any) -> Step:
         end = fly(start, model, s)
         if end.outcome == EVENT:
             return _over_impact(model, s, end)
-        if end.outcome == STOPS:
-            return _over_stop(model, s, start, end)
-        return go_on(model, s, end, FLIGHT, NOTHING)
+        return fly_on(start, model, s, end)
     if s.mode != TAIL:
         end = stick(model, s)
         if end.outcome == EVENT:
@@ -131,15 +134,6 @@ def _motion(model, segment, tau):
     mass_ratio = mass_ratio_at(model, s.periods, s.time + tau)
     share = s.side * mass_ratio / (1.0 + mass_ratio)
     return x + share * gap, v + share * rate, gap, rate
-
-
-@compiled
-def _over_stop(model, s, start, end):
-    """Step over the end of a slide."""
-    tau, x, v = end.duration, end.x, end.v
-    new = segment_after(s, model.cycle, tau, x, v, end.gap, 0.0, s.side, FLIGHT, REVERSAL, 0.0)
-    new = rest_or_slide(start, model, new)
-    return Step(tau, True, False, end.steps, new, begin(model, new))
 
 
 @compiled

@@ -15,9 +15,21 @@ from damper.engine.bodies import carried, start_point
 from damper.engine.compiled import compiled, plain
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import horizon, may_jump, phase_at, rate_of
+from damper.engine.model import Step
 from damper.engine.oscillator import Oscillator, advance, arrive, motion_from, oscillator
 from damper.engine.search import GAVE_UP, HORIZON, EventPoint, first_root, point_at
-from damper.engine.segment import REST, RESTING, STICK, STICKING, Segment, centre_velocity
+from damper.engine.segment import (
+    FLIGHT,
+    NOTHING,
+    REST,
+    RESTING,
+    REVERSAL,
+    STICK,
+    STICKING,
+    Segment,
+    centre_velocity,
+    segment_after,
+)
 from damper.models import flights, walls
 from damper.models.flights import (
     EVENT,
@@ -365,6 +377,18 @@ def _rest_or_slide(start, model, segment):
         0.0,
         0.0,
     )
+
+
+@walls.fly_on.of(Slide)
+def _fly_on(start, model, segment, end):
+    s, tau = segment, end.duration
+    if end.outcome != STOPS:
+        return walls.go_on(model, s, end, FLIGHT, NOTHING)
+    new = segment_after(
+        s, model.cycle, tau, end.x, end.v, end.gap, 0.0, s.side, FLIGHT, REVERSAL, 0.0
+    )
+    new = _rest_or_slide(start, model, new)
+    return Step(tau, True, False, end.steps, new, _begin(model, new))
 
 
 @walls.bounce_of.of(Slide)
