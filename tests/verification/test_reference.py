@@ -250,6 +250,34 @@ def test_no_clearance_moves_as_one():
     assert found.final[:2] == found.final[2:]
 
 
+@pytest.mark.parametrize("tension", [0, 1])
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_start_in_a_compliant_wall_is_pressed_until_the_force_or_the_gap_ends(side, tension):
+    values = scene(0.3, 0.1, 0.7, 0.25, 0.4) | {
+        "contact_stiffness_ratio": 30,
+        "contact_tension": tension,
+    }
+    [found] = exact_run(values, (0, 0, side * 0.5, side * -0.1), until=2).events[:1]
+    assert (found.kind, found.side) == ("separation", side)
+    with mp.workdps(60):
+        contact = Regime(values, "contact", side, mpf(0))
+        start = [0, 0, mpf(side * 0.5), mpf(side * -0.1), mp.sin(contact.angle)]
+        start += [mp.cos(contact.angle), 1]
+        x, _, y, *_ = end = mp.expm(contact.matrix * found.time) * mp.matrix(start)
+        force = (contact.force * end)[0]
+        assert abs(contact.d - side * (y - x) if tension else force) < 1e-45
+        assert abs(x - found.x) < 1e-45
+    with pytest.raises(ValueError, match="starts outside its box"):
+        exact_run(scene(0.3, 0.1, 0.7, 0.25, 0.4), (0, 0, side * 0.5, 0), until=1)
+
+
+def test_a_start_that_a_compliant_wall_does_not_catch_only_opens():
+    values = scene(0.3, 0.1, 0.7, 0.25, 0.4) | {"contact_stiffness_ratio": 30}
+    found = exact_run(values, (0, 0, 0.3, -3), until=0.1)
+    assert found.events == []
+    assert abs(found.final[2] - (0.3 - 3 * 0.1)) < 1e-15
+
+
 @pytest.mark.parametrize("tension", [False, True])
 @pytest.mark.parametrize("restitution", ["0.03", "0.6", "1"])
 def test_a_compliant_contact_of_free_bodies_has_the_restitution(restitution, tension):

@@ -448,6 +448,8 @@ class Record(_Sampled):
         ------
         ValueError
             With the line, and what is wrong in it.
+        TypeError
+            When the path is no text and no path.
 
         Examples
         --------
@@ -460,6 +462,8 @@ class Record(_Sampled):
         """
         _one_of("Record.of", of, get_args(Of))
         _one_of("Record.after", after, get_args(After))
+        if not isinstance(path, str | os.PathLike):
+            raise TypeError(f"path = {path!r}: must be the path of a file")
         places = columns if columns is None or isinstance(columns, str) else tuple(columns)
         return _read_record(os.fspath(path), state_of(path), places, of, after, delimiter)
 

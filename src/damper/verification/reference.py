@@ -320,7 +320,7 @@ def exact_run(
     digits: int = 50,
     start_time: Any = 0,
 ) -> ExactRun:
-    """Return every event up to a time, and the state then; ValueError for a start beyond a wall.
+    """Return every event up to a time, and the state then; ValueError beyond a rigid wall.
 
     `values` are parameters as `system_of` takes them, the state is ``(x, v, y, u)``, with sequences
     y and u where there are several free masses. The last
@@ -338,9 +338,10 @@ def exact_run(
             side = 1 if y >= x else -1
             gap, rate = mass.clearance - side * (mpf(y) - x), side * (v - mpf(u))
             way = -side * int(mp.sign(rate)) if mass.friction else 0
-            places.append(Place(FLIGHT, side, gap, rate, way=way))
-            if gap < 0:
+            if gap < 0 and mass.rigid:
                 raise ValueError("the free mass starts outside its box")
+            pressed = gap < 0 and (mass.tension or mass.push(side, [gap, rate])[0] >= 0)
+            places.append(Place(CONTACT if pressed else FLIGHT, side, gap, rate, way=way))
         motion = _Motion(system, mpf(start_time), x, v, places, mpf(until), digits)
         if system.masses[0].clearance == 0 and system.masses[0].rigid:
             motion.join(0)
