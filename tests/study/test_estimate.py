@@ -24,6 +24,7 @@ from damper.sweep.grid import product
 from damper.sweep.parts import write_part
 from damper.sweep.slices import simulate_slice
 
+MISTAKES = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())
 STUDIES = Path(__file__).parents[2] / "config/studies"
 NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution")
 LARGE: dict[str, Any] = {
@@ -82,57 +83,13 @@ def test_arrays_and_disk_are_those_of_a_slice(tmp_path: Path) -> None:
     assert found.job.array_bytes < (tmp_path / "all.npz").stat().st_size < found.disk
 
 
-GRID = {"start": 0.1, "stop": 0.9, "num": 1_000_000}
 BRIEF = {"transient": 0, "periods": 2}
 FANNED = {"start": 0.1, "stop": 0.9, "num": 1000, "fan": True}
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (
-            {"axes": {"clearance": GRID, "restitution": GRID}},
-            "study.yaml:8  axes.clearance\n"
-            "    clearance (1000000) x restitution (1000000): 1000000000000 runs in one process "
-            "take some 1.53 PB of memory\n"
-            "    allowed: at most 256 GB in one process: fewer values",
-        ),
-        (
-            {"periods": 10**12},
-            "study.yaml:17  periods\n"
-            "    150 + 1000000000000 cycles (transient + periods) take some 174 days a "
-            "run\n"
-            "    allowed: at most 1000000000 in a run",
-        ),
-        (
-            {"periods": 10**8},
-            "study.yaml:8  axes.clearance\n"
-            "    clearance (100) x restitution (100): 10000 runs in one process take some "
-            "347 days\n"
-            "    allowed: at most 30 days in one process: fewer values, or 'fan: true' at "
-            "clearance, to make each of its values a job",
-        ),
-        (
-            {"periods": 10**6, "observers": {"trajectory": {"samples_per_period": 10**6}}},
-            "study.yaml:19  observers.trajectory\n    one run keeps 42 TB in memory\n"
-            "    allowed: at most 256 GB in one process: fewer periods, samples or records",
-        ),
-        (
-            {
-                "observers": {"bursts": {"records": 10**6}},
-                "axes": {"clearance": FANNED, "restitution": {"values": [0.6]}},
-            },
-            "study.yaml:7  axes\n    to gather 1000 runs takes some 264 GB of memory\n"
-            "    allowed: at most 256 GB: fewer values or observers, or several studies",
-        ),
-        (
-            {"draws": {"count": 100_000, "seed": 1, "initial_position": [-1, 1]}},
-            "draws.count\n"
-            "    clearance (100) x restitution (100) x draws (100000): 1000000000 runs",
-        ),
-    ],
-)
-def test_what_cannot_end_is_refused(tmp_path: Path, change: dict[str, Any], message: str) -> None:
+@pytest.mark.parametrize("given", MISTAKES["unending"])
+def test_what_cannot_end_is_refused(tmp_path: Path, given: list[Any]) -> None:
+    change, message = given
     with pytest.raises(ConfigError) as caught:
         load(tmp_path, LARGE | change)
     assert message in str(caught.value)

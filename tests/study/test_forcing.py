@@ -52,6 +52,7 @@ SI_POINT = {
     "forcing_frequency": 11.0,
     "free_mass": 0.2,
 }
+MISTAKES = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())
 CSV = "time (s),acceleration (m/s2)\n0,0\n1,3\n2,-1\n3,0\n"
 NOISE = "{kind: noise, seed: %s, step: 0.1, duration: 60, band: [0.5, 2]}"
 
@@ -389,44 +390,9 @@ def test_frequencies_in_hertz(tmp_path: Path) -> None:
         assert message in blame(tmp_path, "none", "", STUDY.replace("restitution: 0.6", wrong))
 
 
-@pytest.mark.parametrize(
-    ("said", "messages"),
-    [
-        ("bse", ["forces.yaml:8  forcing\n", "(value: 'bse')", "did you mean 'base'?"]),
-        ("", ["(value: nothing)", "allowed: none, harmonic, harmonics, base, unbalance"]),
-        ("{frame: base}", ["forcing.kind\n", "'kind' is missing"]),
-        ("{kind: base, fram: base}", ["forcing.fram\n", "did you mean 'frame'?"]),
-        ("{kind: base, frame: grund}", ["forcing.frame\n", "ground, base", "mean 'ground'?"]),
-        ("noise", ["4 errors", "'seed' is missing\n    allowed: integer or draw"]),
-        (NOISE % -1, ["forcing.seed\n    seed = -1\n    allowed: a whole number >= 0"]),
-        (NOISE % "x", ["forcing.seed\n", "must be an integer (value: 'x')"]),
-        (NOISE % "draw", ["forcing.seed\n", "there are no draws"]),
-        ("{kind: noise, seed: 1, step: 5, duration: 60, band: [1, 2]}", ["forcing.step", "coarse"]),
-        (
-            "{kind: harmonics, orders: [1, 2], amplitudes: [1]}",
-            ["forcing.amplitudes\n", "as many as orders, which has 2"],
-        ),
-        ("{kind: harmonics, orders: [0], amplitudes: [1]}", ["orders[0] = 0", ">= 1 and <= 1000"]),
-        ("{kind: harmonics, orders: [1], amplitudes: [0]}", ["give forcing: none"]),
-        ("{kind: base, assumed: a, stated: b}", ["assumed and stated are both given"]),
-        ("{kind: record}", ["neither file, nor time and value"]),
-        ("{kind: record, file: a.csv, time: [0, 1], value: [0, 1]}", ["file and samples are both"]),
-        (
-            "{kind: record, time: [0, 1], value: [0, 1], delimiter: ;}",
-            ["forcing.delimiter\n", "says how a file is read"],
-        ),
-        ("{kind: record, time: [0, 1, 1], value: [0, 1, 0]}", ["forcing.time", "time[2] = 1.0 is"]),
-        ("{kind: record, file: no.csv}", ["forcing.file\n    no.csv: there is no such file"]),
-        ("{kind: record, file: .}", ["forcing.file\n", "cannot be read"]),
-        ("{kind: record, file: quake.csv}", ["quake.csv, line 1: acceleration is in m/s2"]),
-        (
-            "{kind: record, file: quake.csv, of: base_acceleration, columns: [time, acc]}",
-            ["forcing.file", "unknown column of quake.csv 'acc'", "time, acceleration"],
-        ),
-    ],
-    ids=str,
-)
-def test_mistakes(tmp_path: Path, said: str, messages: list[str]) -> None:
+@pytest.mark.parametrize("given", MISTAKES["forces"], ids=str)
+def test_mistakes(tmp_path: Path, given: list[str]) -> None:
+    said, *messages = given
     found = blame(tmp_path, said)
     for message in messages:
         assert message in found
@@ -434,21 +400,9 @@ def test_mistakes(tmp_path: Path, said: str, messages: list[str]) -> None:
         assert jargon not in found
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("0,0\n1,nan\n2,0\n", "gaps.csv, line 2: value = nan\n    allowed: a finite number"),
-        ("0,0\n1,1,2\n", "gaps.csv, line 2: 3 columns"),
-        ("0,0\n1,\n", "gaps.csv, line 2: there is nothing in column 1"),
-        ("t,a\n0,0\n1,a\n", "gaps.csv, line 3: 'a' is no number"),
-        ("0,1\n1,1\n1,2\n", "gaps.csv, line 3: time = 1.0 is given twice"),
-        ("", "gaps.csv: time has 0 samples"),
-        ("\x1f\udc8b", "gaps.csv: is packed by gzip\n    allowed: unpacked"),
-        ("\udcff,1\n", "gaps.csv: not a CSV file in UTF-8"),
-    ],
-    ids=ascii,
-)
-def test_mistakes_in_a_record(tmp_path: Path, text: str, message: str) -> None:
+@pytest.mark.parametrize("given", MISTAKES["records"], ids=ascii)
+def test_mistakes_in_a_record(tmp_path: Path, given: list[str]) -> None:
+    text, message = given
     (tmp_path / "gaps.csv").write_bytes(text.encode(errors="surrogateescape"))
     found = blame(tmp_path, "{kind: record, file: gaps.csv}")
     assert "forces.yaml:8  forcing.file\n" in found
@@ -458,28 +412,9 @@ def test_mistakes_in_a_record(tmp_path: Path, text: str, message: str) -> None:
 ORBITS = "orbits: {a: {along: clearance, start: 1}}\n"
 
 
-@pytest.mark.parametrize(
-    ("said", "more", "messages"),
-    [
-        (NOISE % 1, ORBITS, ["orbits\n", "under a noise: the force does not repeat"]),
-        ("none", ORBITS, ["orbits\n", "nothing repeats that no force drives"]),
-        ("base", "initial: steady\n", ["initial\n", "forcing = Base", "allowed: rest"]),
-        ("base", "parameters: {}\n", ["given twice"]),
-        (
-            "{kind: record, file: quake.csv, of: base_acceleration}",
-            "tables: {edges: {kind: intervals, along: clearance, resolution: 0.1}}\n",
-            ["tables.edges\n", "does not hold the record's samples"],
-        ),
-        (
-            "base",
-            "figures: {all: {kind: bifurcation, along: clearance, theory: two_impacts}}\n",
-            ["figures.all\n", "its formulas do not know forcing: base"],
-        ),
-        ("harmonic", "draws: {count: 2, seed: 1}\n", ["draws\n", "no quantity is drawn"]),
-    ],
-    ids=str,
-)
-def test_what_a_force_forbids(tmp_path: Path, said: str, more: str, messages: list[str]) -> None:
+@pytest.mark.parametrize("given", MISTAKES["under a force"], ids=str)
+def test_what_a_force_forbids(tmp_path: Path, given: list[str]) -> None:
+    said, more, *messages = given
     found = blame(tmp_path, said, more)
     for message in messages:
         assert message in found

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from studies import blame, load
 
 GOOD: dict[str, Any] = {
@@ -33,61 +34,13 @@ def test_good_ones(tmp_path: Path) -> None:
     assert study.tables["a"].resolution == 1e-3
 
 
-MISTAKES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
-    "axes of the map": (
-        {
-            "figures": {"a": MAP | {"variable": "chatter", "y": "mass_ratio"}},
-            "parameters": {"damping_ratio": 0.02, "frequency_ratio": 1, "restitution": 0.5},
-            "axes": {"clearance": {"values": [1, 2]}, "mass_ratio": {"values": [0.1, 0.2]}},
-        },
-        (
-            "figures.a.theory\n    the small-mass limit has no place over clearance, mass_ratio",
-            "allowed: restitution and clearance (or gap) as x and y",
-        ),
-    ),
-    "variable of the map": (
-        {"figures": {"a": MAP | {"variable": "impacts_per_period"}}},
-        ("does not speak of 'impacts_per_period'", "a map of complete_fraction, chatter"),
-    ),
-    "theory of another kind": (
-        {"figures": {"a": MAP | {"variable": "chatter", "theory": "two_impacts"}}},
-        ("figures.a.theory\n    not one of the choices (value: 'two_impacts')", "small_mass_limit"),
-    ),
-    "no such theory": (
-        {"figures": {"a": LINE | {"theory": "two_impact"}}},
-        ("not one of the choices (value: 'two_impact')", "did you mean 'two_impacts'?"),
-    ),
-    "motion without a section": (
-        {
-            "observers": {"impacts": None},
-            "tables": {"a": {"kind": "two_impacts", "along": "clearance"}},
-        },
-        ("needs stroboscopic_section or impact_section among the observers",),
-    ),
-    "motion without impacts": (
-        {
-            "observers": {"stroboscopic_section": None},
-            "tables": {"a": {"kind": "two_impacts", "along": "clearance"}},
-        },
-        ("needs impacts among the observers",),
-    ),
-    "motion along a misspelt axis": (
-        {"tables": {"a": {"kind": "two_impacts", "along": "clearence"}}},
-        ("unknown axis 'clearence'", "did you mean 'clearance'?"),
-    ),
-    "motion along an initial quantity": (
-        {
-            "axes": GOOD["axes"] | {"initial_velocity": {"values": [0, 1]}},
-            "tables": {"a": {"kind": "two_impacts", "along": "initial_velocity"}},
-        },
-        ("sets where a run starts", "an axis of a parameter"),
-    ),
-}
+STUDY = Path(__file__).parents[1] / "study"
+MISTAKES = yaml.safe_load((STUDY / "mistakes.yaml").read_text())["closed forms"]
 
 
 @pytest.mark.parametrize("name", MISTAKES)
 def test_refused(tmp_path: Path, name: str) -> None:
-    changes, parts = MISTAKES[name]
+    changes, *parts = MISTAKES[name]
     message = blame(tmp_path, GOOD | changes)
     assert message.startswith("1 error "), message
     for part in parts:
