@@ -15,8 +15,8 @@ from damper.engine.dispatch import by_class_or_default
 from damper.engine.forcing import bound_ahead, common, force_rates
 from damper.engine.oscillator import Motion, Oscillator, higher_derivatives, increments, motion_from
 from damper.engine.peak import Moment, bounds_of, highest, moment_at
-from damper.engine.segment import Segment
-from damper.models.response import primary_or_centre
+from damper.engine.segment import FLIGHT, Segment
+from damper.models.response import centre_in_contact, flying_primary
 
 
 class Combination(NamedTuple):
@@ -77,8 +77,12 @@ def primary_extremes(
     `through` is the part of the force on the primary that comes through spring and dashpot: 1 for
     a base whose motion is that of the ground, else 0.
     """
-    p = primary_or_centre(model, segment)
-    extremes_of(model, p.osc, p.start, p.shift, low, high, through, most)
+    if segment.mode == FLIGHT:
+        flying = flying_primary(model, segment)
+        extremes_of(model, flying.osc, flying.start, flying.shift, low, high, through, most)
+    else:
+        centre = centre_in_contact(model, segment)
+        extremes_of(model, centre.osc, centre.start, centre.shift, low, high, through, most)
 
 
 @compiled

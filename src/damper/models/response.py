@@ -322,23 +322,27 @@ def primary_in_flight(
     model: Any, segment: Segment, low: float, high: float, peak: float
 ) -> ResponseIntegrals:
     """What the primary's motion adds on [low, high] of a flight."""
-    found = oscillation(primary_or_centre(model, segment), low, high, peak)
+    found = oscillation(flying_primary(model, segment), low, high, peak)
     square, speed_square, work = found.square, found.speed_square, model.free.strength * found.work
     return ResponseIntegrals(square, speed_square, work, 0.0, 0.0, 0.0, 0.0, found.peak)
 
 
+# Two functions: with gravity the oscillators of flight and contact are of different classes.
 @compiled
-def primary_or_centre(model: Any, segment: Segment) -> ShiftedOscillator:
-    """Motion of the primary in a segment; in contact that of both masses' centre."""
-    s, osc, v = segment, model.free, segment.v
-    if s.mode == FLIGHT:
-        _, deflected = course_of(begin(model, s), model)
-        shift = -deflected
-    else:
-        offset = s.side * (model.clearance - s.gap)
-        shift = rest_shift(model.mass, model.mass_ratio, offset)
-        osc, v = model.stuck, centre_velocity(s, model.mass_ratio)
-    phase = phase_at(osc.forcing, s.periods, s.time)
+def flying_primary(model: Any, segment: Segment) -> ShiftedOscillator:
+    """Motion of the primary in a flight."""
+    s, osc = segment, model.free
+    _, deflected = course_of(begin(model, s), model)
+    start = motion_from(osc, s.x - deflected, s.v, phase_at(osc.forcing, s.periods, s.time))
+    return ShiftedOscillator(osc, start, -deflected)
+
+
+@compiled
+def centre_in_contact(model: Any, segment: Segment) -> ShiftedOscillator:
+    """Motion of the masses' centre in contact."""
+    s, osc = segment, model.stuck
+    shift = rest_shift(model.mass, model.mass_ratio, s.side * (model.clearance - s.gap))
+    v, phase = centre_velocity(s, model.mass_ratio), phase_at(osc.forcing, s.periods, s.time)
     return ShiftedOscillator(osc, motion_from(osc, s.x + shift, v, phase), shift)
 
 
@@ -427,7 +431,7 @@ def _integrate_contact(model, s, low, high, peak):
     bounce = bounce_of(begin(model, s), model, s)
     in_tail = s.mode == TAIL and s.gap_rate > 0.0
     smooth = in_tail and bounce.out == bounce.back
-    moving = primary_or_centre(model, s)
+    moving = centre_in_contact(model, s)
     found = oscillation(moving, low, high, math.inf if smooth else peak)
     support = 0.0
     if damping > 0.0:
