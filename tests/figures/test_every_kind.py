@@ -152,6 +152,8 @@ def test_a_study_whose_runs_all_stop_has_its_figures_and_tables(kind: str) -> No
         table = make(kind, {"cube": cube}, **table_settings)
         assert table.markdown().startswith("# Impact damper simulation")
         assert table.csv()
+        if kind == "basins":
+            assert "6 of 6 runs stopped early" in table.markdown()
 
 
 def test_every_kind_is_asked() -> None:

@@ -39,4 +39,6 @@ def make(results: Mapping[str, Any], settings: Basins) -> Table:
         "Runs that end in each motion, of all that did not stop. The limits are Wilson's, of "
         f"{settings.confidence:.0%} confidence, as if the starts were drawn at random."
     )
+    if stopped := int((cube.status != 0).sum()):
+        text += f" {stopped} of {cube.status.size} runs stopped early (`status` in the cube)."
     return Table.of(cube, "basins of attraction", data, [text, cells])
