@@ -244,7 +244,7 @@ def test_the_sketch_shows_what_drives_it_in_units_of_suitable_size() -> None:
 
 
 @pytest.mark.parametrize(
-    ("slope", "gap", "worst"), [(-8.4, "0.965 mm", "0.41 mm"), (0.4, "0.97 mm", "0.409 mm")]
+    ("slope", "gap", "worst"), [(-8.4, "0.965 mm", "0.409 mm"), (0.4, "0.97 mm", "0.409 mm")]
 )
 def test_numbers_have_the_digits_that_the_sensitivity_supports(
     slope: float, gap: str, worst: str

@@ -26,8 +26,8 @@ _EXCEEDED = 1.05
 #: Steps along the gap when a periodic motion is followed, and motions at most.
 _FOLLOW: Mapping[str, Any] = {"step": 0.05, "max_orbits": 120, "until_change": True}
 _GAPS = (0.4, 2.5)
-#: Digits of an answer, one less where a per cent of a quantity changes it by more than two.
-_USUAL, _STEEP = 3, 2.0
+#: Digits of an answer, and of numbers without known sensitivity.
+_USUAL = 3
 #: Least width of the words of a card.
 _WIDTH = 46
 #: Cycles of the machine in one run.
@@ -144,8 +144,6 @@ class Design:
         (most,) = (one.metadata["digits"] for one in fields(self) if one.name == name)
         if not self.slopes:
             return min(most, _USUAL)
-        if name in ("worst", "as_built"):
-            return _USUAL if max(map(abs, self.slopes.values())) <= _STEEP else _USUAL - 1
         value, slope = getattr(self, name), abs(self.slopes.get(name, math.inf))
         if not value or not slope < math.inf:
             return most
