@@ -113,7 +113,7 @@ def times_of_units(runs: int, periods: int) -> None:
         print(f"\n{name}, free mass in units; times in us/event")
         one = engine_time(scene, runs, periods)[0]
         for count in UNITS:
-            p = replace(scene, unit_count=count, clearance_spread=0.2)
+            p = replace(scene, masses=damper.equal_masses(count, clearance_spread=0.2))
             engine_time(p, 1, 2)  # compile
             spent, evaluations = engine_time(p, runs // count, periods)
             ratio = f"x {spent / one:.1f}   {evaluations:.2f} evaluations per event"

@@ -27,6 +27,7 @@ from damper.models.tangent import derivative
 from damper.observers import OBSERVERS
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import FORCINGS
+from damper.parameters.masses import Mass
 from damper.parameters.models import MODELS
 from damper.parameters.quantities import PARAMETER_NAMES
 from damper.parameters.state import INITIAL_QUANTITIES
@@ -44,8 +45,9 @@ from damper.verification.comparison import settings as comparison
 
 CONTACT = {"contact_stiffness_ratio": 1e4}
 MODULATION = {"modulation_depth": 0.3}
+MASSES = {"masses": (Mass(()), Mass(()))}
 #: Quantity -> what it is given with, and its own value.
-VALUES: dict[str, tuple[dict[str, float], float]] = {
+VALUES: dict[str, tuple[dict[str, Any], float]] = {
     "mass_ratio": ({}, 0.2),
     "damping_ratio": ({}, 0.1),
     "frequency_ratio": ({}, 0.21),
@@ -64,8 +66,8 @@ VALUES: dict[str, tuple[dict[str, float], float]] = {
     "modulation_order": (MODULATION, 3.0),
     "modulation_phase": (MODULATION, 1.0),
     "friction": ({}, 0.02),
-    "unit_count": ({}, 2.0),
-    "clearance_spread": ({"unit_count": 2.0}, 0.4),
+    "mass_share": (MASSES, 0.5),
+    "clearance_factor": (MASSES, 0.4),
     "initial_displacement": ({}, 0.1),
     "initial_velocity": ({}, 0.1),
     "initial_position": ({}, 0.5),

@@ -37,6 +37,7 @@ HOME = {
     "continue_orbit": "damper.sweep.orbits.branch",
     "continue_point": "damper.sweep.orbits.point_curve",
     "design": "damper.sizing.answer",
+    "equal_masses": "damper.parameters.masses",
     "events": "damper.sweep.events",
     "periodic_orbit": "damper.sweep.orbits.periodic",
     "run": "damper.notebook.run",

@@ -58,10 +58,10 @@ def test_every_variable_has_a_long_name_and_every_number_units(branches: xr.Data
     assert branches.point_velocity.attrs["scaled_by"] == "F0/sqrt(K M)"
 
 
-def test_units_in_step_have_the_branch_of_one(branches: xr.Dataset) -> None:
+def test_masses_in_step_have_the_branch_of_one(branches: xr.Dataset) -> None:
     """From rest they stay so; what parts them has the multipliers that are infinite."""
     two = plain(follow_orbits)(
-        {"two": ENTRY | {"at": {"restitution": 0.5}}}, FIXED | {"unit_count": 2.0}, AXES
+        {"two": ENTRY | {"at": {"restitution": 0.5}}}, FIXED | {"mass_share": 0.5}, AXES, masses=2
     )
     one = branches.isel(point=branches.point_branch.values == 1)
     assert two.kind.values.tolist() == one.kind.values.tolist() == ["symmetry breaking"]

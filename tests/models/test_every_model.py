@@ -13,7 +13,7 @@ from event_pairs import log_of
 from new_process import in_new_process
 from scenes import QUIET as SCENE
 
-from damper import Parameters, State, events, simulate
+from damper import Parameters, State, equal_masses, events, simulate
 from damper.engine.compiled import plain
 from damper.engine.forcing import derivative_of, phase_at
 from damper.engine.model import mass_ratio_at
@@ -42,8 +42,8 @@ from damper.sweep.runs import run_points
 
 #: Model -> what makes it, beside SCENE; where impacts, sticking and releases happen.
 MADE = forced_scenes.MODELS | {
-    "several": {"unit_count": 3, "clearance_spread": 0.3},
-    "several, sliding": {"unit_count": 3, "clearance_spread": 0.3, "friction": 0.02},
+    "several": {"masses": equal_masses(3, 0.3)},
+    "several, sliding": {"masses": equal_masses(3, 0.3), "friction": 0.02},
 }
 each = pytest.mark.parametrize("name", MADE)
 #: What is asked of one free mass; test_several.py asks it of several.
@@ -277,7 +277,6 @@ same = [
         dict(support_stiffness_ratio=0.0, support_damping_ratio=0.0),
         dict(modulation_depth=0.0, modulation_order=3, modulation_phase=1.0),
         dict(friction=0.0),
-        dict(unit_count=1),
     )
 ]
 names = ("compliant", "time_varying", "several")

@@ -28,7 +28,7 @@ from scenes import GENERIC, QUIET
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from damper import Parameters, State, events, simulate
+from damper import Parameters, State, equal_masses, events, simulate
 from damper.engine.compiled import plain
 from damper.engine.segment import DURATION, SIDE
 from damper.models import start_run
@@ -194,7 +194,7 @@ def test_one_term_of_a_sum_is_the_harmonic(model: str) -> None:
 
 #: A support would be tied to different places.
 IN_BOTH_FRAMES = {name: given for name, given in MODELS.items() if "grounded" not in name} | {
-    "units that rub": {"friction": 0.05, "unit_count": 3, "clearance_spread": 0.2}
+    "equal masses that rub": {"friction": 0.05, "masses": equal_masses(3, 0.2)}
 }
 
 

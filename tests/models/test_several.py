@@ -16,7 +16,7 @@ from scenes import GENERIC, QUIET
 from scipy.integrate import solve_ivp
 from several_scenes import growth, largest_error, length_of, pairs_of, several_scene, supported
 
-from damper import Parameters, SIParameters, State, events, periodic_orbit, simulate
+from damper import Parameters, SIParameters, State, equal_masses, events, periodic_orbit, simulate
 from damper.engine.compiled import plain
 from damper.engine.model import read_segment
 from damper.engine.segment import CAUSE, COLUMNS, DURATION, IMPACT, PERIODS, TIME, V_BEFORE, V, X
@@ -324,7 +324,7 @@ def test_multipliers_of_masses_in_step_are_those_of_one() -> None:
 
 @plain
 def test_momentum_is_kept_and_nothing_jumps() -> None:
-    p = Parameters(**{**QUIET, "restitution": 0.6}, unit_count=4, clearance_spread=0.3)
+    p = Parameters(**{**QUIET, "restitution": 0.6}, masses=equal_masses(4, 0.3))
     run = start_run(p)
     ratios = run.model.masses[:, 0]
     hits = 0
@@ -471,7 +471,7 @@ def test_against_scipy() -> None:
 
 @plain
 def test_a_run_is_the_same_however_it_is_split() -> None:
-    p = Parameters(**QUIET, unit_count=3, clearance_spread=0.2)
+    p = Parameters(**QUIET, masses=equal_masses(3, 0.2))
     whole, parts = start_run(p), start_run(p)
     [log] = [np.concatenate([piece.copy() for piece in whole.segments(4.0)])]
     split = [
@@ -487,7 +487,7 @@ def test_a_run_is_the_same_however_it_is_split() -> None:
 
 @plain
 def test_the_response_against_samples() -> None:
-    p = Parameters(**QUIET, unit_count=3, clearance_spread=0.2)
+    p = Parameters(**QUIET, masses=equal_masses(3, 0.2))
     found = simulate(**p.given, observers=["response"], transient=0, periods=1)
     run = start_run(p)
     [log] = run.segments(1.0)
@@ -524,9 +524,14 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"masses": [{}, {"restitution": 2}]}, r"^mass 1: restitution = 2\.0: must be"),
     ({"masses": [{}, {"clearance": 0}]}, r"^clearance = 0\.0 of mass 1: each of several must"),
     ({"masses": [{}], "modulation_depth": 0.1}, r"^masses and modulation_depth: "),
-    ({"masses": [{}], "unit_count": 2}, r"^masses and unit_count: "),
-    ({"unit_count": 2, "modulation_depth": 0.1}, r"modulation_depth .time_varying. and unit_count"),
-    ({"unit_count": 1.5}, r"^unit_count = 1\.5: must be .* whole"),
+    (
+        {"masses": [{"mass_share": 0}]},
+        r"^mass 0: mass_share = 0\.0: must be .* <= mass_share",
+    ),
+    ({"masses": {"count": 1.5}}, r"^count = 1\.5: must be a whole number >= 1 and <= 100"),
+    ({"masses": {"count": 2, "clearance_spread": 1}}, r"^clearance_spread = 1: must be .* < 1"),
+    ({"masses": {"count": 2, "clearances": 1}}, r"^unknown key of masses 'clearances'"),
+    ({"unit_count": 2}, r"^unknown parameter 'unit_count': write masses: \{count: 4, clearance_sp"),
 ]
 
 
@@ -537,7 +542,7 @@ def test_refused_by_name(given: dict[str, Any], message: str) -> None:
 
 
 def test_a_start_has_a_value_for_each() -> None:
-    p = Parameters(**GENERIC, unit_count=2)
+    p = Parameters(**GENERIC, masses=equal_masses(2))
     with pytest.raises(ValueError, match=r"^state: y has 3 values for 2 free masses: must be one"):
         events(p, State(0.0, 0.0, [0.0, 0.1, 0.2], 0.0), until=1.0)
     with pytest.raises(ValueError, match=r"^state: u has 2 values for 1 free mass: must be one"):
@@ -549,7 +554,7 @@ def test_a_start_has_a_value_for_each() -> None:
 
 def test_studies_refuse_what_knows_one_mass(tmp_path: Path) -> None:
     study = small_study()
-    study["parameters"]["unit_count"] = 3
+    study["masses"] = {"count": 3}
     study["observers"] = {"bursts": {}, "stroboscopic_section": {"free_mass": True}}
     study["figures"] = study["tables"] = {}
     path = tmp_path / "study.yaml"

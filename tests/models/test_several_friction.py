@@ -15,7 +15,7 @@ from scenes import QUIET
 from scipy.optimize import brentq
 from several_scenes import length_of, rubbing_error, rubbing_scene, supported
 
-from damper import Base, Parameters, SIParameters, State, events, simulate
+from damper import Base, Parameters, SIParameters, State, equal_masses, events, simulate
 from damper.engine.compiled import plain
 from damper.engine.model import read_segment
 from damper.engine.segment import CAUSE, DURATION, IMPACT, RESTING, STICKING, TAIL, V_BEFORE
@@ -151,7 +151,7 @@ def test_energy_balance_and_laws(scene: Callable[[str, int], Any]) -> None:
 
 @plain
 def test_momentum_is_kept_at_impacts() -> None:
-    p = Parameters(**QUIET | {"friction": 0.005}, unit_count=3, clearance_spread=0.3)
+    p = Parameters(**QUIET | {"friction": 0.005}, masses=equal_masses(3, 0.3))
     run = start_run(p)
     ratios, hits = run.model.masses[:, 0], 0
     for log in run.segments(4.0):
@@ -432,8 +432,8 @@ def test_machine_in_si_units() -> None:
         SIParameters(*values, masses=masses)
 
 
-def test_units_rub_too() -> None:
-    p = Parameters(**QUIET, unit_count=2, friction=0.1)
+def test_equal_masses_rub_too() -> None:
+    p = Parameters(**QUIET, masses=equal_masses(2), friction=0.1)
     assert p.model == "several"
     assert p.acting["friction"] == 0.1
 

@@ -125,7 +125,7 @@ def test_so_they_are_of_several_masses_that_rub(rests: bool) -> None:
 @plain
 def test_masses_in_step_that_rest_but_do_not_hit() -> None:
     """Friction keeps their places apart, and not their velocities."""
-    p = Parameters(0.1, 0.1, 0.8, 9.0, 0.5, friction=1.5, unit_count=2)
+    p = Parameters(0.1, 0.1, 0.8, 9.0, 0.5, friction=1.5, masses=damper.equal_masses(2))
     ask = {"lyapunov": {"exponents": 6}}
     cube = damper.simulate(p, transient=4, periods=10, observers=ask)
     assert 0.0 in cube.lyapunov_exponents

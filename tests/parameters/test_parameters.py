@@ -135,8 +135,7 @@ def test_values_choose_the_model(options: dict[str, float], model: str) -> None:
 
 
 def test_what_is_printed_can_be_read() -> None:
-    """One unit of a spread is a default that the spread needs."""
-    one = Parameters(**GOOD, unit_count=1, clearance_spread=0.2)
+    one = Parameters(**GOOD, masses={"count": 2, "clearance_spread": 0.2})
     assert Parameters(**one.given) == eval(repr(one)) == one
 
 

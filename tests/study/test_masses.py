@@ -151,6 +151,33 @@ def test_what_is_wrong_is_said_once(name: str, tmp_path: Path) -> None:
         assert words in message
 
 
+@plain
+def test_equal_masses_in_a_study(tmp_path: Path) -> None:
+    text = f"""\
+title: Equal masses
+source: our own
+parameters: {COMMON | {"mass_ratio": 0.1}}
+masses: {{count: 3, clearance_spread: 0.2}}
+axes: {{clearance: {{values: [1, 2]}}}}
+transient: 1
+periods: 3
+observers: {{response: }}
+"""
+    study = load(tmp_path, text)
+    assert SCHEMA.is_valid(yaml.safe_load(text))
+    assert load(tmp_path, study.to_yaml()).to_yaml() == study.to_yaml()
+    for clearance, found in zip((1.0, 2.0), cube_of(study).rms_displacement, strict=True):
+        each = [{"mass_ratio": 0.1 / 3, "clearance": part * clearance} for part in (0.8, 1.0, 1.2)]
+        given = {"transient": 1, "periods": 3, "observers": ["response"]}
+        same = damper.simulate(**COMMON, masses=each, **given)
+        assert float(found) == pytest.approx(float(same.rms_displacement), rel=1e-12)
+    for wrong, words in (
+        ("count: 0", "masses.count\n    must be greater than or equal to 1 (value: 0)"),
+        ("share: 3", "masses.share\n    unknown key 'share'"),
+    ):
+        assert words in blame(tmp_path, text.replace("count: 3", wrong))
+
+
 MISTAKES: list[tuple[dict[str, Any], str]] = [
     (
         {"masses": [{}, {}], "clearance_2": 1.0},

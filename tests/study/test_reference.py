@@ -342,6 +342,7 @@ def test_models_that_the_template_leaves_out(tmp_path, whole, model):
         # What knows one mass says so: tests/models/test_several.py.
         data["observers"] = {"impacts": {}, "response": {}}
         data.pop("orbits", None)
+        data["masses"] = whole["masses"]
     assert loads(tmp_path, data)
     other = next(names[0] for name, names in MODEL_NAMES.items() if name != model)
     data["parameters"] |= {other: 0.5, "contact_stiffness_ratio": 9}

@@ -118,17 +118,11 @@ def cycle(place: xr.Dataset) -> float:
 def half_gap(place: xr.Dataset) -> float:
     """Distance from the centre to each wall, in the cube's unit of length; of its `body`."""
     body, coords = int(place.coords.get("body", 0)), place.coords
+    factor = coords.get(f"clearance_factor_{body}", coords.get("clearance_factor", 1.0))
     for name, part in (("clearance", 1.0), ("gap", 0.5)):
-        if f"{name}_{body}" in coords:
-            return part * float(coords[f"{name}_{body}"])
-        if name in coords:
-            units = float(coords.get("unit_count", 1.0))
-            wider = body / (units - 1.0) * 2.0 - 1.0 if units > 1.0 else 0.0
-            return (
-                part
-                * float(coords[name])
-                * (1.0 + wider * float(coords.get("clearance_spread", 0.0)))
-            )
+        for own in (f"{name}_{body}", name):
+            if own in coords:
+                return part * float(coords[own]) * float(factor)
     raise ValueError("the cube has lost how far the walls are apart")
 
 

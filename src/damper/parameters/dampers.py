@@ -59,8 +59,9 @@ class Parameters(QuantityClass):
     masses : sequence of mapping, optional
         Several free masses, a mapping for each: its own `mass_ratio`, `clearance`, `restitution`,
         `restitution_left`, `yield_speed`, `gravity`, `friction`, `support_stiffness_ratio`
-        and `support_damping_ratio`, in place of the values for all masses.
-        ``masses=[{}] * 4`` are four equal masses.
+        and `support_damping_ratio`, in place of the values for all masses. Its `mass_share` and
+        `clearance_factor` multiply mass ratio and clearance: `damper.equal_masses` divides one
+        free mass so.
 
     Raises
     ------
@@ -254,28 +255,22 @@ class Parameters(QuantityClass):
         model="sliding",
         from_si=_friction_acceleration,
     )
-    unit_count: float = quantity(
-        "$n$",
-        "number of units of the free mass",
-        definition="its equal parts, which fly in boxes of their own",
-        minimum=1.0,
-        maximum=100.0,
-        whole=True,
+    mass_share: float = quantity(
+        r"$\beta$",
+        "share of the mass ratio that one of several masses has",
+        minimum=1e-6,
+        maximum=1.0,
         default=1.0,
         model="several",
+        chooses=False,
     )
-    clearance_spread: float = quantity(
+    clearance_factor: float = quantity(
         r"$\delta$",
-        "spread of the clearances of the units",
-        definition="they go in even steps from 1 - spread to 1 + spread times the clearance; "
-        "a single one has the clearance itself",
+        "factor of the clearance of one of several masses",
         minimum=0.0,
-        maximum=1.0,
-        below=True,
-        default=0.0,
+        default=1.0,
         model="several",
         chooses=False,
-        needs="unit_count",
     )
 
     # A force, or the name of one without settings until it is read.
@@ -302,7 +297,11 @@ class Parameters(QuantityClass):
 
     def _check_each(self) -> None:
         """Check what each of several masses comes to."""
-        if self.masses is not None:
+        if self.masses is None:
+            for name in _FACTORS:
+                if getattr(self, name) != 1.0:
+                    raise ValueError(f"{name} = {getattr(self, name)!r} without masses: give both")
+        else:
             self.__dict__["masses"] = read_masses(self.masses)
         if self.model == "several":
             for k, one in enumerate(self.each):
@@ -312,20 +311,19 @@ class Parameters(QuantityClass):
     @cached_property
     def each(self) -> tuple["Parameters", ...]:
         """A damper with one free mass for each that there is."""
-        own: Any = self.masses
-        if own is None:
-            if self.unit_count == 1.0:
-                return (self,)
-            own, last = [], self.unit_count - 1.0
-            for k in range(int(self.unit_count)):
-                wider = 1.0 + self.clearance_spread * (2.0 * k / last - 1.0)
-                ratio = self.mass_ratio / self.unit_count
-                own.append({"mass_ratio": ratio, "clearance": wider * self.clearance})
-        bare: dict[str, Any] = {"masses": None, "unit_count": 1.0, "clearance_spread": 0.0}
-        made = []
-        for k, changes in enumerate(own):
+        if self.masses is None:
+            return (self,)
+        made, common = [], {name: getattr(self, name) for pair in _FACTORS.items() for name in pair}
+        for k, own in enumerate(self.masses):
             try:
-                made.append(replace(self, **bare, **dict(changes)))
+                values = {
+                    name: _QUANTITIES[name].check(value)
+                    for name, value in (common | dict(own)).items()
+                }
+                for factor, name in _FACTORS.items():
+                    values[name] *= values[factor]
+                    values[factor] = 1.0
+                made.append(replace(self, masses=None, **values))
             except ValueError as error:
                 raise ValueError(f"mass {k}: {error}") from None
         return tuple(made)
@@ -519,8 +517,8 @@ class SIParameters(QuantityClass, shares=Parameters):
         minimum=0.0,
         default=0.0,
     )
-    unit_count: float = shared(default=1.0)
-    clearance_spread: float = shared(default=0.0)
+    mass_share: float = shared(default=1.0)
+    clearance_factor: float = shared(default=1.0)
 
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
@@ -683,6 +681,9 @@ _SCALED = tuple((q, q.si_names) for q in Parameters.quantities if q.name != "for
 #: SI quantities that are formed from another one, with their defaults.
 _BESIDE = {"inclination": 90.0, "transverse_acceleration": 1.0}
 _DEFAULTS = {q.name: q.default for q in Parameters.quantities if q.default is not None}
+_QUANTITIES = {q.name: q for q in Parameters.quantities}
+#: Factor of each of several masses -> its quantity.
+_FACTORS = {"mass_share": "mass_ratio", "clearance_factor": "clearance"}
 _CHOOSING = tuple(q for q in Parameters.quantities if q.model and q.chooses)
 _OF_LAWS = tuple(q for q in Parameters.quantities if q.law)
 
@@ -719,7 +720,7 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
         return called.get(name, name)
 
     asked = _asked(values)
-    if len(asked) > 1 and {*asked} not in ({"sliding", "several"}, _OF_EACH):
+    if len(asked) > 1 and {*asked} != _OF_EACH:
         words = (f"{', '.join(map(named, names))} ({model})" for model, names in asked.items())
         raise ValueError(f"{' and '.join(words)} ask for different models: give those of one")
     laws = _laws(values)

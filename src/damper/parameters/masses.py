@@ -8,10 +8,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from damper.parameters.names import OF_A_MASS, OF_ANY_MASS, unknown_name
-from damper.parameters.quantity import real
+from damper.parameters.quantity import in_range, real, whole
 
 #: Most masses of a damper.
 MOST_MASSES = 100
+#: Arguments of `equal_masses`.
+EQUAL = ("count", "clearance_spread")
 
 
 class Mass(tuple[tuple[str, float], ...]):
@@ -19,6 +21,28 @@ class Mass(tuple[tuple[str, float], ...]):
 
     def __repr__(self) -> str:
         return repr(dict(self))
+
+
+def equal_masses(count: int, clearance_spread: float = 0.0) -> list[dict[str, float]]:
+    """Return `masses` that share one free mass equally, and whose clearances are spread.
+
+    Parameters
+    ----------
+    count : int
+        Number of masses, 1 to 100.
+    clearance_spread : float, default 0
+        The clearances go in even steps from 1 - spread to 1 + spread times the damper's clearance;
+        0 <= clearance_spread < 1.
+
+    Examples
+    --------
+    >>> equal_masses(2, clearance_spread=0.25)
+    [{'mass_share': 0.5, 'clearance_factor': 0.75}, {'mass_share': 0.5, 'clearance_factor': 1.25}]
+    """
+    count = whole("count", count, 1, most=MOST_MASSES)
+    spread = in_range("clearance_spread", clearance_spread, minimum=0.0, maximum=1.0, below=True)
+    steps = [2.0 * k / (count - 1.0) - 1.0 for k in range(count)] if count > 1 else [0.0]
+    return [{"mass_share": 1.0 / count, "clearance_factor": 1.0 + spread * at} for at in steps]
 
 
 def read_masses(given: Any, names: tuple[str, ...] = OF_A_MASS) -> tuple[Mass, ...]:
@@ -36,9 +60,20 @@ def read_masses(given: Any, names: tuple[str, ...] = OF_A_MASS) -> tuple[Mass, .
 
 
 def listed(given: Any, names: Sequence[str] = OF_ANY_MASS) -> list[dict[str, Any]]:
-    """Check that masses are mappings of known names, whatever their values are."""
+    """Check that masses are mappings of known names, whatever their values are.
+
+    A mapping with `count` has the arguments of `equal_masses`.
+    """
+    if isinstance(given, Mapping) and "count" in given:
+        for name in given:
+            if name not in EQUAL:
+                raise unknown_name("key of masses", name, EQUAL)
+        return equal_masses(**given)
     if isinstance(given, str | bytes | Mapping) or not isinstance(given, Iterable):
-        raise TypeError(f"masses = {given!r}: must be a sequence of mappings, one for each mass")
+        raise TypeError(
+            f"masses = {given!r}: must be a sequence of mappings, one for each mass, "
+            "or {'count': 4, 'clearance_spread': 0.2}"
+        )
     read = [_mass(f"masses[{k}]", one, names) for k, one in enumerate(given)]
     if not 1 <= len(read) <= MOST_MASSES:
         raise ValueError(

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 class Model(NamedTuple):
     """One model of `damper.models`."""
 
-    example: dict[str, float]
+    example: dict[str, Any]
     """Quantities that turn a rigid damper into this model."""
     impact_seconds: float
     """Time that an impact takes, with compiled code, on a core of the project's measurements."""
@@ -22,7 +22,9 @@ MODELS = {
     "compliant": Model({"contact_stiffness_ratio": 1e4}, 2.5e-6, "compliant contact"),
     "time_varying": Model({"modulation_depth": 0.1}, 5e-7, "a free mass that varies"),
     "sliding": Model({"friction": 0.01}, 1.5e-6, "dry friction"),
-    "several": Model({"unit_count": 3.0, "clearance_spread": 0.2}, 1.5e-6, "several free masses"),
+    "several": Model(
+        {"masses": {"count": 3, "clearance_spread": 0.2}}, 1.5e-6, "several free masses"
+    ),
 }
 #: Those of one free mass.
 ONE_MASS = tuple(name for name in MODELS if name != "several")

@@ -7,16 +7,24 @@ from collections.abc import Iterable
 OF_A_MASS = (
     *("mass_ratio", "clearance", "restitution", "restitution_left", "gravity", "friction"),
     *("yield_speed", "support_stiffness_ratio", "support_damping_ratio"),
+    *("mass_share", "clearance_factor"),
 )
 OF_A_MASS_SI = (
     *("free_mass", "gap", *OF_A_MASS[2:5], "friction_coefficient"),
-    *("yield_speed", "support_stiffness", "support_damping"),
+    *("yield_speed", "support_stiffness", "support_damping", *OF_A_MASS[-2:]),
 )
 #: In either system.
 OF_ANY_MASS = tuple(dict.fromkeys((*OF_A_MASS, *OF_A_MASS_SI)))
 
 #: Symbol, as users may type it -> name. `damper.parameters.quantities` adds each quantity.
 NAMES_BY_SYMBOL = {"v0": "initial_velocity"}
+
+#: Name of an earlier version -> the setting in its place.
+REPLACED = dict.fromkeys(
+    ("unit_count", "clearance_spread"),
+    "masses: {count: 4, clearance_spread: 0.2}, "
+    "in Python masses=damper.equal_masses(4, clearance_spread=0.2)",
+)
 
 
 def nearest(name: str, names: Iterable[str]) -> str:
@@ -44,6 +52,8 @@ def nearest(name: str, names: Iterable[str]) -> str:
 def unknown_name(what: str, name: object, names: Iterable[str]) -> TypeError:
     """Return the error for an unknown `name`, with `names` and the nearest of them."""
     names = list(names)
+    if name in REPLACED:
+        return TypeError(f"unknown {what} {name!r}: write {REPLACED[str(name)]}")
     near = nearest(name, names) if isinstance(name, str) else ""
     hint = f" (did you mean {near!r}?)" if near else ""
     return TypeError(f"unknown {what} {name!r}{hint}: must be one of {', '.join(names) or 'none'}")

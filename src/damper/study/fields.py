@@ -33,7 +33,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, PydanticCustomError, PydanticKnownError, core_schema
 
-from damper.parameters.masses import split
+from damper.parameters.masses import MOST_MASSES, equal_masses, split
 from damper.parameters.names import OF_ANY_MASS
 from damper.parameters.quantities import ALL
 from damper.study.axes import MOST_VALUES
@@ -189,6 +189,43 @@ class OrWord:
         self, core: CoreSchema, handler: GetJsonSchemaHandler
     ) -> Schema:
         return {"anyOf": [handler(core["schema"]), {"const": self.word}]}  # type: ignore[typeddict-item]
+
+
+class EqualMasses(StrictModel):
+    """Equal shares of one free mass, as `damper.equal_masses` makes them."""
+
+    count: Annotated[int, Field(ge=1, le=MOST_MASSES, description="Number of masses.")]
+    clearance_spread: Annotated[
+        float,
+        Field(
+            ge=0.0,
+            lt=1.0,
+            description="Their clearances go in even steps from 1 - spread to 1 + spread times "
+            "the clearance.",
+        ),
+    ] = 0.0
+
+
+class OrEqualMasses:
+    """Marks a list of masses: a mapping for `EqualMasses` may stand in its place."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        def check(value: Any, inner: Any) -> Any:
+            if not isinstance(value, dict):
+                return inner(value)
+            mistakes = Mistakes()
+            with mistakes.at(of=EqualMasses):
+                value = equal_masses(**EqualMasses.model_validate(value).model_dump())
+            mistakes.raise_any()
+            return inner(value)
+
+        return core_schema.no_info_wrap_validator_function(check, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        equal = nested(handler, TypeAdapter(EqualMasses).core_schema)
+        return {"anyOf": [handler(core["schema"]), equal]}  # type: ignore[typeddict-item]
 
 
 class Distinct:

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic_core import PydanticCustomError
 
-from damper.parameters.names import nearest
+from damper.parameters.names import REPLACED, nearest
 from damper.parameters.quantities import ALL, SI_ONLY, OfQuantities, Quantity
 from damper.study.schema import COORDINATE, Generator, Schema, choices_of, words_of
 from damper.study.yaml_file import NUMBER, Loc, as_part, display, join_names
@@ -127,6 +127,7 @@ def _schema_at(of: type[BaseModel] | TypeAdapter[Any] | None, loc: Loc) -> Schem
     if "$ref" in schema:
         schema = schema["$defs"][schema["$ref"].rpartition("/")[2]]
     for part in loc:  # of a list or a pair
+        schema = schema.get("anyOf", [schema])[0]
         schema = schema["items"] if "items" in schema else schema["prefixItems"][part]
     return dict(schema)
 
@@ -167,9 +168,10 @@ def _unknown(what: str, name: object, names: Iterable[str], value: object) -> Re
     if not isinstance(name, str):
         return _report(f"a key must be text (it is {display(name)})", join_names(names))
     shown = "" if value is None or isinstance(value, dict | list) else f" (value: {display(value)})"
-    return _report(
-        f"unknown {what} {display(name)}{shown}", join_names(names), nearest(name, names)
-    )
+    message = f"unknown {what} {display(name)}{shown}"
+    if name in REPLACED:
+        return _report(message, REPLACED[name])
+    return _report(message, join_names(names), nearest(name, names))
 
 
 def _report(message: str, allowed: str = "", near: str = "") -> Report:

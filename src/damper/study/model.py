@@ -28,7 +28,14 @@ from damper.parameters.quantities import (
 from damper.parameters.run import EngineSettings, RunLength, declared_in
 from damper.parameters.units import FREE, HERTZ, shown_unit
 from damper.study.axes import coordinate_name
-from damper.study.fields import DistinctList, Folder, NamedMapping, StrictModel, Text
+from damper.study.fields import (
+    DistinctList,
+    Folder,
+    NamedMapping,
+    OrEqualMasses,
+    StrictModel,
+    Text,
+)
 from damper.study.forcing import FORCES, ForceEntry
 from damper.study.jobs import file_digest
 from damper.study.kinds import FIGURES, TABLES
@@ -78,12 +85,14 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     ] = _NONE
     masses: Annotated[
         tuple[Annotated[dict[str, Fixed], NamedMapping("quantity of a mass", OF_ANY_MASS)], ...],
+        OrEqualMasses(),
         Field(
             strict=False,
             max_length=MOST_MASSES,
             description="Several free masses, counted from 0: for each a mapping of what it has "
             "of its own, in place of what stands under parameters; `{}` where that is nothing. "
-            "What every mass has need not stand there.",
+            "What every mass has need not stand there. `{count: 4, clearance_spread: 0.2}` divides "
+            "one free mass equally.",
         ),
     ] = ()
     axes: Annotated[

@@ -52,7 +52,7 @@ class Point(NamedTuple):
         here, there = len(self.parameters.each), before.parameters.each
         if here != len(there):
             raise ValueError(
-                f"unit_count: {here} free masses cannot start from the end of {len(there)}; follow "
+                f"masses: {here} free masses cannot start from the end of {len(there)}; follow "
                 "another axis"
             )
         places = []

@@ -22,8 +22,8 @@ FREE_MASS = (
     "modulation_order",
     "modulation_phase",
     "friction",
-    "unit_count",
-    "clearance_spread",
+    "mass_share",
+    "clearance_factor",
     "masses",
 )
 

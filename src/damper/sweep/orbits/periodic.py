@@ -402,7 +402,9 @@ def require_in_step(orbit: PeriodicOrbit, stencil: Stencil, name: str) -> None:
         return
     # All but their mass, by which masses in step may differ.
     each = [np.column_stack([m.masses[:, 1:], m.friction.accelerations]) for m in stencil.models]
-    changes = each[1] - each[0]
+    # Yield speeds may be infinite.
+    changes = np.zeros_like(each[0])
+    np.subtract(each[1], each[0], out=changes, where=each[1] != each[0])
     for k in np.flatnonzero((changes != changes[moves]).any(axis=1)):
         raise ValueError(
             f"{name} parts the masses {moves[k]} and {k}, which move in step: what parts masses "
