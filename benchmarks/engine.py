@@ -39,7 +39,7 @@ FORCES = {
     "noise, 196 samples a cycle": damper.Noise(1, 0.04, 1600.0, (0.5, 1.5)),
 }
 #: Numbers of free masses.
-UNITS = (2, 3, 8)
+COUNTS = (2, 3, 8)
 #: Targets of the project in microseconds per impact, numba, one core.
 TARGETS = {"generic": 0.2, "chattering": 0.15}
 #: The reference solution is compared over this many impacts.
@@ -84,7 +84,7 @@ def main() -> None:
         )
 
     times_of_forces(given.runs, given.periods)
-    times_of_units(given.runs, given.periods)
+    times_of_equal_masses(given.runs, given.periods)
 
 
 def times_of_forces(runs: int, periods: int) -> None:
@@ -107,17 +107,17 @@ def times_of_forces(runs: int, periods: int) -> None:
     )
 
 
-def times_of_units(runs: int, periods: int) -> None:
-    """Print the time per event of both scenes with the free mass divided into units."""
+def times_of_equal_masses(runs: int, periods: int) -> None:
+    """Print the time per event of both scenes with the free mass divided into equal masses."""
     for name, scene in SCENES.items():
-        print(f"\n{name}, free mass in units; times in us/event")
+        print(f"\n{name}, divided free mass; times in us/event")
         one = engine_time(scene, runs, periods)[0]
-        for count in UNITS:
+        for count in COUNTS:
             p = replace(scene, masses=damper.equal_masses(count, clearance_spread=0.2))
             engine_time(p, 1, 2)  # compile
             spent, evaluations = engine_time(p, runs // count, periods)
             ratio = f"x {spent / one:.1f}   {evaluations:.2f} evaluations per event"
-            print(f"  {count:2} units {spent:8.3f}   {ratio}")
+            print(f"  {count:2} masses {spent:8.3f}   {ratio}")
 
 
 def given_values(p: damper.Parameters) -> str:

@@ -288,7 +288,7 @@ print(json.dumps([*same, unused]))
 
 def test_nothing_of_it_is_the_rigid_damper_byte_for_byte() -> None:
     """And its code: that of the other models is not even imported."""
-    assert in_new_process(NONE, "-W", "error", DAMPER_COMPILE="0") == [True] * 4 + [[]]
+    assert in_new_process(NONE, "-W", "error", DAMPER_COMPILE="0") == [True] * 3 + [[]]
 
 
 class Unknown(NamedTuple):
@@ -375,16 +375,13 @@ FEATURES: dict[str, dict[str, Any]] = {
     "support": {"support_stiffness_ratio": 0.02},
     "friction": {"friction": 0.01},
     "masses": {"masses": [{}, {"clearance": 0.3}]},
-    "units": {"unit_count": 2},
     "compliant": {"contact_stiffness_ratio": 1e4},
     "time-varying": {"modulation_depth": 0.2},
 }
 #: Pairs that docs/models.md lists as refused.
 REFUSED = (
-    *((name, "compliant") for name in ("yielding walls", "support", "friction", "masses", "units")),
-    *((name, "time-varying") for name in ("support", "friction", "masses", "units", "compliant")),
-    ("support", "units"),
-    ("masses", "units"),
+    *((name, "compliant") for name in ("yielding walls", "support", "friction", "masses")),
+    *((name, "time-varying") for name in ("support", "friction", "masses", "compliant")),
 )
 
 

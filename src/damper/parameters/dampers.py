@@ -316,7 +316,7 @@ class Parameters(QuantityClass):
         made, common = [], {name: getattr(self, name) for pair in _FACTORS.items() for name in pair}
         for k, own in enumerate(self.masses):
             try:
-                values = {
+                values: dict[str, Any] = {
                     name: _QUANTITIES[name].check(value)
                     for name, value in (common | dict(own)).items()
                 }

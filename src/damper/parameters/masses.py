@@ -26,6 +26,8 @@ class Mass(tuple[tuple[str, float], ...]):
 def equal_masses(count: int, clearance_spread: float = 0.0) -> list[dict[str, float]]:
     """Return `masses` that share one free mass equally, and whose clearances are spread.
 
+    Each mass has the whole support of the damper, if there is one.
+
     Parameters
     ----------
     count : int
