@@ -19,10 +19,12 @@ def tail(model, time, side, x, v, rate):
     The impact is at the local time `time` on the wall `side`; `x`, `v` and the gap's `rate` are
     those just after it.
     """
-    s = Segment(0.0, time, x, v, 0.0, rate, side, FLIGHT, IMPACT, 0.0, v, 0.0, 0.0, 0.0)
+    s = Segment(0.0, time, x, v, 0.0, rate, side, FLIGHT, IMPACT, 0.0, v, 0.0, 0.0, 0.0, 0.0, 0.0)
     start = begin(model, s)
     duration, error = time_to_completion(model, s, start)
-    s = Segment(0.0, time, x, v, 0.0, rate, side, TAIL, IMPACT, 0.0, v, 0.0, duration, 0.0)
+    s = Segment(
+        0.0, time, x, v, 0.0, rate, side, TAIL, IMPACT, 0.0, v, 0.0, duration, 0.0, 0.0, 0.0
+    )
     end_x, end_v = centre(model, s, duration)
     return duration, error, end_x, end_v
 

@@ -214,30 +214,32 @@ def steady_state(p: Parameters) -> complex:
     return 1.0 / complex(1.0 - w * w, 2.0 * p.damping_ratio * w)
 
 
-@pytest.mark.parametrize("others", [0, 1], ids=["alone", "beside one that hits"])
+@pytest.mark.parametrize("count", [None, 1, 2], ids=["one", "listed", "beside one that hits"])
 @plain
-def test_what_nothing_acts_on_stays_as_it_is(others: int) -> None:
+def test_what_nothing_acts_on_stays_as_it_is(count: int | None) -> None:
     """A free mass flies on by itself: its velocity keeps each bit, whatever the primary does."""
-    masses = [{}, *[{"clearance": 2.0, "mass_ratio": 0.02}] * others]
-    p, y, u = replace(SLOW, masses=masses), 0.1, 1e-7
-    run = start_run(p, State(0.1, 0.7, (y, 0.0)[: len(masses)], (u, 0.0)[: len(masses)]))
-    cycles = 200 if others else 3000
+    masses = [{}, {"clearance": 2.0, "mass_ratio": 0.02}][:count]
+    p, y, u = replace(SLOW, masses=masses if count else None), 0.1, 1e-7
+    state = State(0.1, 0.7, (y, 0.0)[:count], (u, 0.0)[:count]) if count else State(0.1, 0.7, y, u)
+    run = start_run(p, state)
+    cycles = 200 if count == 2 else 3000
     run.skip(cycles)
-    (place, *_), (velocity, *_) = run.state_at(cycles).of_each(len(masses))
+    (place, *_), (velocity, *_) = run.state_at(cycles).of_each(count or 1)
     assert velocity == u
     assert place == pytest.approx(y + u * cycles * p.cycle, abs=1e-14)
 
 
+@pytest.mark.parametrize("count", [None, 2], ids=["one", "beside an idle mass"])
 @plain
-def test_a_slow_mass_hits_after_thousands_of_cycles() -> None:
+def test_a_slow_mass_hits_after_thousands_of_cycles(count: int | None) -> None:
     """At the first instant at which the steady primary reaches it, to the roundoff of that."""
-    p = replace(SLOW, masses=[{}, {"mass_ratio": 0.2, "clearance": 50.0}])
+    p = replace(SLOW, masses=[{}, {"mass_ratio": 0.2, "clearance": 50.0}] if count else None)
     amplitude, w = steady_state(p), p.frequency_ratio
     cycles = 2000.3
     u = 0.5 / (cycles * p.cycle)
     y = p.clearance - abs(amplitude) - 0.5
     x, v = amplitude.imag, w * amplitude.real
-    state = State(x, v, (y, 0.0), (u, 0.0))
+    state = State(x, v, (y, 0.0), (u, 0.0)) if count else State(x, v, y, u)
     hit = events(p, state, until=(cycles + 20) * p.cycle)[0]
     with mp.workdps(40):
         exact = 1 / mp.mpc(1 - mp.mpf(w) ** 2, 2 * mp.mpf(p.damping_ratio) * mp.mpf(w))

@@ -62,7 +62,9 @@ class Metronome(NamedTuple):
 
 @initial_segment.of(Metronome)
 def _initial_segment(model, periods, time, x, v, y, u):
-    return Segment(periods, time, x, v, 0.0, 0.0, 1.0, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0)
+    return Segment(
+        periods, time, x, v, 0.0, 0.0, 1.0, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0, 0.0, 0.0
+    )
 
 
 @begin.of(Metronome)
@@ -77,7 +79,9 @@ def _following(model, segment, start):
     count = s.x + 1.0
     is_event = count % model.bar == 0.0
     cause = IMPACT if is_event else NOTHING
-    new = Segment(periods, time, count, s.v, 0.0, 0.0, 1.0, FLIGHT, cause, 0.0, s.v, 0.0, 0.0, 0.0)
+    new = Segment(
+        periods, time, count, s.v, 0.0, 0.0, 1.0, FLIGHT, cause, 0.0, s.v, 0.0, 0.0, 0.0, 0.0, 0.0
+    )
     return Step(model.beat, is_event, count > model.lost_after, int(model.steps), new, 0.0)
 
 

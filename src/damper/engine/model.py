@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.segment import COLUMNS, FLIGHT, Segment, segment_at, write_segment
 from damper.parameters import State
@@ -145,6 +146,12 @@ def masses_at(model: Any, segment: Any, tau: float, masses: np.ndarray) -> tuple
 @by_class_or_default
 def state_in(model: Any, segment: Any, tau: float) -> tuple[float, float, Any, Any]:
     """Displacement and velocity of the primary and of the free mass, or of each of several."""
+    return state_by_gap(model, segment, tau)
+
+
+@compiled
+def state_by_gap(model: Any, segment: Any, tau: float) -> tuple[float, float, float, float]:
+    """Displacement and velocity of the primary and of the free mass, from the gap."""
     x, v, gap, rate = motion(model, segment, tau)
     side = segment.side
     return x, v, x + side * (model.clearance - gap), v - side * rate

@@ -44,10 +44,15 @@ class Segment(NamedTuple):
     """Time to the completion point of a TAIL; of a CONTACT that of the touch to here; else 0."""
     duration: float
     """Length of the segment; where the run stops, up to there."""
+    y: float
+    u: float
+    """Displacement and velocity of the free mass at the start of the run, and at the cut of a long
+    flight in which no force of the primary acts on it; else 0. Gap and x do not have their digits.
+    """
 
 
 (PERIODS, TIME, X, V, GAP, GAP_RATE, SIDE, MODE, CAUSE, SPEED, V_BEFORE) = range(11)
-(FIRST_SPEED, COMPLETION, DURATION) = range(11, 14)
+(FIRST_SPEED, COMPLETION, DURATION, Y, U) = range(11, 16)
 COLUMNS = len(Segment._fields)
 
 #: How the masses move in a segment. A tail is the closed rest of a complete chatter sequence.
@@ -100,6 +105,8 @@ def segment_at(row: np.ndarray) -> Segment:
         float(row[11]),
         float(row[12]),
         float(row[13]),
+        float(row[14]),
+        float(row[15]),
     )
 
 
@@ -120,6 +127,8 @@ def write_segment(row: np.ndarray, segment: Segment, duration: float) -> None:
     row[11] = segment.first_speed
     row[12] = segment.completion
     row[13] = duration
+    row[14] = segment.y
+    row[15] = segment.u
 
 
 @compiled
@@ -156,7 +165,22 @@ def segment_after(
     elif cause == STICK:
         first_speed = 0.0
     return Segment(
-        periods, time, x, v, gap, gap_rate, side, mode, cause, speed, v, first_speed, 0.0, 0.0
+        periods,
+        time,
+        x,
+        v,
+        gap,
+        gap_rate,
+        side,
+        mode,
+        cause,
+        speed,
+        v,
+        first_speed,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
     )
 
 

@@ -187,6 +187,8 @@ def _contact(model, s, v, slower):
         s.first_speed,
         s.completion,
         s.duration,
+        s.y,
+        s.u,
     )
     x, v, gap, rate = motion(model, start, s.duration * slower)
     return x, v, x - s.side * gap, v - s.side * rate

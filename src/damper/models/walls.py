@@ -10,10 +10,12 @@ import math
 from typing import Any
 
 from damper.engine import model as declared
+from damper.engine.bodies import body_at
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.impact import impact, law_at, restitution_at
 from damper.engine.model import Step, begin, mass_ratio_at
+from damper.engine.oscillator import Motion
 from damper.engine.search import GAVE_UP, ROUNDOFF
 from damper.engine.segment import (
     FLIGHT,
@@ -119,6 +121,62 @@ def go_on(model: Any, s: Segment, end: End, mode: float, cause: float) -> Step:
     return Step(tau, end.outcome == EVENT, gave_up, end.steps, new, begin(model, new))
 
 
+@fly_on.of(Motion)
+def _fly_on(start, model, segment, end):
+    s, tau, gap, rate = segment, end.duration, end.gap, end.gap_rate
+    y, u = free_flight(model, s, tau)
+    own_gap, own_rate = model.clearance - s.side * (y - end.x), s.side * (end.v - u)
+    # The gap's increments add up their roundoff. Near a wall the gap has more digits than y.
+    drifts = abs(own_gap - gap) > ROUNDOFF * (model.clearance + abs(y) + abs(end.x))
+    if drifts or abs(own_rate - rate) > ROUNDOFF * (abs(end.v) + abs(u)):
+        gap, rate = min(max(own_gap, 0.0), 2.0 * model.clearance), own_rate
+    periods, time = clock_after(model.cycle, s.periods, s.time, tau)
+    new = Segment(
+        periods,
+        time,
+        end.x,
+        end.v,
+        gap,
+        rate,
+        s.side,
+        FLIGHT,
+        NOTHING,
+        0.0,
+        end.v,
+        s.first_speed,
+        0.0,
+        0.0,
+        y,
+        u,
+    )
+    return Step(tau, False, end.outcome == GAVE_UP, end.steps, new, begin(model, new))
+
+
+@compiled
+def free_flight(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
+    """Displacement and velocity of a free mass on which nothing acts, a time `tau` later."""
+    s = segment
+    y, u = s.y, s.u
+    if s.cause != NOTHING:
+        y, u = s.x + s.side * (model.clearance - s.gap), s.v - s.side * s.gap_rate
+    way, u = body_at(model.mass, y, u, 0.0, tau)
+    return y + way, u
+
+
+@by_class_or_default
+def state_in(start: Any, model: Any, segment: Segment, tau: float) -> tuple:
+    """As `damper.engine.model.state_in`, by what a flight follows from."""
+    return declared.state_by_gap(model, segment, tau)
+
+
+@state_in.of(Motion)
+def _state_in(start, model, segment, tau):
+    x, v, y, u = declared.state_by_gap(model, segment, tau)
+    if segment.mode == FLIGHT and segment.cause == NOTHING:
+        y, u = free_flight(model, segment, tau)
+    return x, v, y, u
+
+
 @compiled
 def _motion(model, segment, tau):
     s = segment
@@ -189,6 +247,8 @@ def after_impact(
         first_speed,
         completion,
         0.0,
+        0.0,
+        0.0,
     )
 
 
@@ -226,12 +286,12 @@ def initial_segment_of(
         gap = 0.0
         if rate == 0.0:
             here = Segment(
-                periods, time, x, v, 0.0, 0.0, side, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0
+                periods, time, x, v, 0.0, 0.0, side, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0, y, u
             )
             if stays(begin(model, here), model, here):
                 mode = STICKING
                 cause = STICK
-    new = Segment(periods, time, x, v, gap, rate, side, mode, cause, 0.0, v, 0.0, 0.0, 0.0)
+    new = Segment(periods, time, x, v, gap, rate, side, mode, cause, 0.0, v, 0.0, 0.0, 0.0, y, u)
     if rate == 0.0 and mode == FLIGHT:
         return rest_or_slide(begin(model, new), model, new)
     return new

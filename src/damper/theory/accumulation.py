@@ -113,7 +113,9 @@ def predict(
     own = "restitution_left" if side < 0 and p.restitution_left != math.inf else "restitution"
     _check_inelastic(own, getattr(p, own))
     here = math.fmod(t, p.cycle)
-    after = Segment(0.0, here, x, v, 0.0, w, float(side), FLIGHT, IMPACT, 0.0, v, 0.0, 0.0, 0.0)
+    after = Segment(
+        0.0, here, x, v, 0.0, w, float(side), FLIGHT, IMPACT, 0.0, v, 0.0, 0.0, 0.0, 0.0, 0.0
+    )
     found = predict_rest(model_of(p), after)
     if math.isnan(found.first_order_time):
         raise ValueError(

@@ -253,7 +253,9 @@ def _initial_segment(model, periods, time, x, v, y, u):
     rate = -side * (u - v)
     if abs(gap) <= slack(model.clearance, x, y):
         gap = 0.0
-    new = Segment(periods, time, x, v, gap, rate, side, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0)
+    new = Segment(
+        periods, time, x, v, gap, rate, side, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0, y, u
+    )
     return _settled(model, new)
 
 
@@ -302,6 +304,8 @@ def _as(s, side, mode, cause, completion):
         s.v_before,
         s.first_speed,
         completion,
+        0.0,
+        0.0,
         0.0,
     )
 

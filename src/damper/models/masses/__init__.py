@@ -127,6 +127,11 @@ def prepare(
 walls.have_rigid_walls(Rigid)
 
 
+@declared.state_in.of(Rigid)
+def _state_in(model, segment, tau):
+    return walls.state_in(declared.begin(model, segment), model, segment, tau)
+
+
 @declared.mass_ratio_at.of(Rigid)
 def _mass_ratio_at(model, periods, time):
     return model.mass_ratio
@@ -374,6 +379,8 @@ def _rest_or_slide(start, model, segment):
         0.0,
         s.v,
         0.0 if on_wall else s.first_speed,
+        0.0,
+        0.0,
         0.0,
         0.0,
     )

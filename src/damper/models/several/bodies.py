@@ -123,6 +123,8 @@ class SeveralSegment(NamedTuple):
     first_speed: float
     completion: float
     duration: float
+    y: float
+    u: float
     body: float
     """Number of the free mass that the other fields speak of, from 0."""
     loss: float
@@ -328,7 +330,7 @@ def segment_of(s: SeveralSegment, start: Start, k: int) -> Segment:
     mode = float(b[MODE])
     gap, left = float(b[GAP]), float(b[COMPLETION])
     return Segment(
-        s.periods, s.time, s.x, v, gap, rate, side, mode, NOTHING, 0.0, v, 0.0, left, 0.0
+        s.periods, s.time, s.x, v, gap, rate, side, mode, NOTHING, 0.0, v, 0.0, left, 0.0, 0.0, 0.0
     )
 
 

@@ -133,6 +133,8 @@ def _segment(s, body, loss, bodies):
         s.first_speed,
         s.completion,
         s.duration,
+        0.0,
+        0.0,
         body,
         loss,
         bodies,
@@ -168,6 +170,8 @@ def report_first(s: SeveralSegment, v_before: float, loss: float) -> SeveralSegm
         first,
         completion,
         0.0,
+        0.0,
+        0.0,
     )
     return _segment(told, float(k), loss, bodies)
 
@@ -177,5 +181,7 @@ def segment_of_all(
     periods: float, time: float, x: float, v: float, bodies: np.ndarray
 ) -> SeveralSegment:
     """A segment that starts here, before anything is told."""
-    here = Segment(periods, time, x, v, 0.0, 0.0, 0.0, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0)
+    here = Segment(
+        periods, time, x, v, 0.0, 0.0, 0.0, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0, 0.0, 0.0
+    )
     return _segment(here, 0.0, 0.0, bodies)
