@@ -596,30 +596,20 @@ class SIParameters(QuantityClass, shares=Parameters):
     def dimensionless(self) -> Parameters:
         """The scaled parameters."""
         values, units = self.__dict__, self.units
-        by = _referred(values)
-        scaled = {"force_amplitude": float(values["force_amplitude"] != 0.0)}
-        for q, names in _SCALED:
-            own = values[names[0]]
-            if own == q.default:  # 0, 1 and infinity are the same in both systems
-                continue
-            given = [values[name] for name in names]
-            ratio = _scaled(q, by, units)
-            # A gap or a spring that underflows to zero would be another damper.
-            if not q.holds(ratio) or _ordinary(ratio) != all(_ordinary(by[n]) for n in names):
-                origin = ", ".join(map("{} = {!r}".format, names, given))
-                raise ValueError(
-                    f"{q.name} = {ratio!r}, from {origin}: must be a finite number with {q.allowed}"
-                )
-            scaled[q.name] = ratio
-        check_together(_DEFAULTS | scaled, SI_NAME)
-        masses = self.masses and [
-            {
-                q.name: _scaled(q, by | dict(own), units)
-                for q, names in _SCALED
-                if names[0] in dict(own)
-            }
-            for own in self.masses
-        ]
+        # 0, 1 and infinity are the same in both systems.
+        given = {names[0] for q, names in _SCALED if values[names[0]] != q.default}
+        scaled = _scaled_values(values, values, given, units)
+        scaled["force_amplitude"] = float(values["force_amplitude"] != 0.0)
+        check_together(_DEFAULTS | scaled, SI_NAME, values)
+        masses: Any = None if self.masses is None else []
+        for k, own in enumerate(self.masses or ()):
+            here = values | dict(own)
+            try:
+                changes = _scaled_values(values, here, dict(own), units)
+                check_together(_DEFAULTS | scaled | changes, SI_NAME, here)
+            except ValueError as error:
+                raise ValueError(f"mass {k}: {error}") from None
+            masses.append(changes)
         # Values at their defaults are left out.
         return Parameters.unchecked(**scaled, forcing=self.forcing.over(units.time), masses=masses)
 
@@ -710,11 +700,42 @@ def require_known(parameters: Parameters, known: Collection[str], what: str) -> 
             )
 
 
-def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) -> None:
+def _scaled_values(
+    common: Mapping[str, Any], values: Mapping[str, Any], given: Collection[str], units: Units
+) -> dict[str, float]:
+    """Parameters of the quantities in SI units that are `given`.
+
+    `values` has all, of one mass where each of several has its own; `common` those of the damper.
+    """
+    by = {**values, "force_amplitude": _referred(common)["force_amplitude"]}
+    scaled = {}
+    for q, names in _SCALED:
+        if names[0] not in given:
+            continue
+        ratio = _scaled(q, by, units)
+        # A gap or a spring that underflows to zero would be another damper.
+        ordinary = _ordinary(ratio) == all(_ordinary(by[n]) for n in names)
+        if by[names[0]] != q.default and not (q.holds(ratio) and ordinary):
+            origin = ", ".join(f"{name} = {values[name]!r}" for name in names)
+            origin = "" if names == (q.name,) else f", from {origin}"
+            raise ValueError(
+                f"{q.name} = {ratio!r}{origin}: must be a finite number with {q.allowed}"
+            )
+        scaled[q.name] = ratio
+    return scaled
+
+
+def check_together(
+    values: Mapping[str, Any],
+    called: Mapping[str, str] = {},
+    given: Mapping[str, Any] | None = None,
+) -> None:
     """Raise ValueError where options of a damper, each in its range, contradict each other.
 
-    `called` is what the message calls a parameter, where that is not its name.
+    `called` is what the message calls a parameter, where that is not its name; `given` has its
+    value under that name.
     """
+    given = values if given is None else given
 
     def named(name: str) -> str:
         return called.get(name, name)
@@ -735,7 +756,7 @@ def check_together(values: Mapping[str, Any], called: Mapping[str, str] = {}) ->
         force = values["mass_ratio"] * abs(values[name])
         if not force <= LARGEST_WEIGHT:
             raise ValueError(
-                f"{named(name)} = {values[name]!r} with {named('mass_ratio')}: the free mass "
+                f"{named(name)} = {given[named(name)]!r} with {named('mass_ratio')}: the free mass "
                 f"{does.format(force)}; must be <= {LARGEST_WEIGHT:g} F0"
             )
     if "compliant" in asked:
