@@ -221,6 +221,28 @@ def test_files_that_are_refused(
     assert "record.csv" in message or given
 
 
+@pytest.mark.parametrize(
+    ("path", "given", "words"),
+    [
+        (1, {}, "path = 1: must be the path of a file"),
+        (b"a.csv", {}, "path = b'a.csv': must be the path of a file"),
+        ("", {}, "path = '': must be the path of a file"),
+        ("a.csv", {"columns": 3}, "columns = 3: must be those of time and value, names or numbers"),
+        ("a.csv", {"columns": (0, 1.5)}, "columns = (0, 1.5): must be those of time and value"),
+        ("a.csv", {"delimiter": 5}, "delimiter = 5: must be one character"),
+        ("a.csv", {"delimiter": [","]}, "delimiter = [',']: must be one character"),
+    ],
+)
+def test_arguments_that_read_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: Any, given: dict[str, Any], words: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("a.csv").write_text("0,1\n1,2\n")
+    with pytest.raises((TypeError, ValueError)) as error:
+        Record.read(path, **given)
+    assert str(error.value).startswith(words)
+
+
 def test_a_byte_far_down_that_is_no_text_is_named_once(tmp_path: Path) -> None:
     path = tmp_path / "record.csv"
     path.write_bytes(b"".join(b"%d,1\n" % k for k in range(5000)) + b"5000,\xb2\n")

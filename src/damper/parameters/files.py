@@ -3,6 +3,7 @@
 import os
 import stat
 from pathlib import Path
+from typing import Any
 
 #: Most bytes of a file of samples: some 50 million of them.
 MOST_BYTES = 10**9
@@ -25,6 +26,14 @@ def contents(path: str | os.PathLike[str], most: int = MOST_BYTES) -> bytes:
     with Path(path).open("rb") as file:
         # Files of the system, such as /proc/kmsg, have size 0 and may have no end.
         return file.read(found.st_size)
+
+
+def path_of(given: Any, name: str = "path", kind: str = "file") -> str:
+    """Return the path of a file or folder as text; TypeError with `name` for anything else."""
+    path = os.fspath(given) if isinstance(given, str | os.PathLike) else None
+    if not isinstance(path, str) or not path or "\0" in path:
+        raise TypeError(f"{name} = {given!r}: must be the path of a {kind}")
+    return path
 
 
 def state_of(path: str | os.PathLike[str]) -> tuple[int, ...]:

@@ -12,7 +12,7 @@ from functools import cached_property, lru_cache
 from typing import Any, ClassVar, Literal, get_args
 from weakref import WeakValueDictionary
 
-from damper.parameters.files import state_of
+from damper.parameters.files import path_of, state_of
 from damper.parameters.names import unknown_name
 from damper.parameters.quantity import Quantity, finite, in_range, whole
 from damper.parameters.units import AMPLITUDES, FORCE, FREE
@@ -449,7 +449,7 @@ class Record(_Sampled):
         ValueError
             With the line, and what is wrong in it.
         TypeError
-            When the path is no text and no path.
+            When `path` is none.
 
         Examples
         --------
@@ -462,10 +462,12 @@ class Record(_Sampled):
         """
         _one_of("Record.of", of, get_args(Of))
         _one_of("Record.after", after, get_args(After))
-        if not isinstance(path, str | os.PathLike):
-            raise TypeError(f"path = {path!r}: must be the path of a file")
-        places = columns if columns is None or isinstance(columns, str) else tuple(columns)
-        return _read_record(os.fspath(path), state_of(path), places, of, after, delimiter)
+        file = path_of(path)
+        if columns is not None:
+            columns = _pair_of_columns(columns)
+        if delimiter is not None and not (isinstance(delimiter, str) and len(delimiter) == 1):
+            raise ValueError(f"delimiter = {delimiter!r}: must be one character")
+        return _read_record(file, state_of(file), columns, of, after, delimiter)
 
 
 @dataclass(frozen=True)
@@ -769,6 +771,16 @@ def _wrong_sample(time: Any, value: Any) -> tuple[str, int | None, str] | None:
     if not value.any():
         return "value", None, " is zero everywhere: give damper.NoForce()"
     return None
+
+
+def _pair_of_columns(given: Any) -> tuple[str | int, str | int]:
+    pair: Any = () if isinstance(given, str) or not isinstance(given, Iterable) else tuple(given)
+    is_name = [isinstance(one, str | int) and not isinstance(one, bool) for one in pair]
+    if is_name != [True, True]:
+        raise ValueError(
+            f"columns = {given!r}: must be those of time and value, names or numbers from 0"
+        )
+    return pair
 
 
 @lru_cache(maxsize=4)

@@ -64,10 +64,6 @@ class RecordFile:
         columns: Sequence[str | int] | None = None,
         delimiter: str | None = None,
     ) -> None:
-        if columns is not None and (isinstance(columns, str) or len(columns) != 2):
-            raise ValueError(f"columns = {columns!r}: must be those of time and value")
-        if delimiter is not None and len(delimiter) != 1:
-            raise ValueError(f"delimiter = {delimiter!r}: must be one character")
         self.path, self._columns = path, columns
         self._data = _text(path)
         self._separator, self._decimal = delimiter or "", "."
