@@ -155,3 +155,9 @@ def test_a_machine_that_is_let_go(tmp_path: Path) -> None:
     assert found.response is not None
     peaks = envelope.peak_amplitude.values
     assert np.array_equal(found.response.as_built, peaks[~np.isnan(peaks)])
+
+
+def test_a_study_that_cannot_be_run_is_refused_in_plain_words() -> None:
+    with pytest.raises(ValueError, match=r"(?m)^periods: 'periods' is missing: must be") as error:
+        cube_of_study({"title": "search: runs"})
+    assert "validation error" not in str(error.value)

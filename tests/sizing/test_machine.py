@@ -65,6 +65,16 @@ def test_what_is_wrong_is_told_with_what_would_be_feasible(given: dict, words: l
         assert word in str(error.value)
 
 
+def test_each_mistake_has_a_line() -> None:
+    with pytest.raises(ValueError, match=r".") as error:
+        damper.design(**FRAME | {"mass": -1.0, "restitution": "a"}, quick=True)
+    mass, restitution = sorted(str(error.value).splitlines())
+    assert mass == "mass: out of range (value: -1.0): must be number >= 1e-09 and <= 1e+12"
+    assert restitution.startswith("restitution: not a number (value: 'a'): must be number >= 0")
+    with pytest.raises(TypeError, match=r"^machine = 3: must be the path of a YAML file, or a map"):
+        damper.design(3)  # type: ignore[arg-type]
+
+
 def test_runs_that_cannot_help_or_end_are_refused_before_the_search() -> None:
     with pytest.raises(ValueError, match=r"largest_gap = 1e-07: .* must be at least 1.06 µm"):
         damper.design(FRAME, largest_gap=1e-7)

@@ -122,7 +122,7 @@ def test_a_study_knows_its_shortest_and_longest_run(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("{time: end}", "{time: 0}", "periods.time\n    must be greater than 0 (value: 0)\n    al"),
+        ("{time: end}", "{time: 0}", "periods.time\n    out of range (value: 0)\n    al"),
         ("{time: end}", "{time: ends}", "\n    allowed: number > 0 or end"),
         ("{time: end}", "1.5", "allowed: integer >= 1 or mapping (a time)"),
         ("length: 2", "length: 9", "does not lie in the record of 7.3 periods"),

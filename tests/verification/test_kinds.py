@@ -75,7 +75,7 @@ MISTAKES = [
         ("solvers", "exact"),
         [0],
         "solvers.exact[0]",
-        "must be greater than 0 (value: 0)",
+        "out of range (value: 0)",
     ),
     (
         "comparison",

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from damper.analysis.labels import label_of
+from damper.parameters.files import path_of
 from damper.parameters.lazy import pd, xr
 from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
 from damper.sizing.search import DIGITS, Search
@@ -173,7 +174,7 @@ class Design:
         """
         from damper.sizing.page import write
 
-        write(self, Path(folder))
+        write(self, Path(path_of(folder, "folder", "folder")))
 
 
 def design(
@@ -233,6 +234,10 @@ def machine_from(machine: Any, given: Mapping[str, Any]) -> Machine:
         if not given:
             return machine
         machine = machine.model_dump(exclude_unset=True)
+    if not isinstance(machine, Mapping | None):
+        raise TypeError(
+            f"machine = {machine!r}: must be the path of a YAML file, or a mapping of settings"
+        )
     return machine_of(dict(machine or {}) | dict(given))
 
 
@@ -414,13 +419,15 @@ def _largest(every: pd.DataFrame, fresh: xr.DataArray) -> dict[str, Any]:
 
 def cube_of(study: Mapping[str, Any]) -> xr.Dataset:
     """Run a study as its file would be run, and return its cube."""
+    from damper.study.messages import in_plain_words
     from damper.study.parts import SimulatedStudy
     from damper.study.rules import check_study
     from damper.sweep.cube import gather
     from damper.sweep.slices import simulate_slice
 
-    made = SimulatedStudy.model_validate(dict(study))
-    check_study(made)
+    with in_plain_words():
+        made = SimulatedStudy.model_validate(dict(study))
+        check_study(made)
     (job,) = made.parts({}).values()
     with progress_bar(made.title.rpartition(": ")[2], "runs") as show:
         settings = job.settings | {"forcing": made.force, "workers": None, "progress": show}

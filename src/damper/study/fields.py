@@ -26,7 +26,6 @@ from pydantic import (
     GetJsonSchemaHandler,
     GetPydanticSchema,
     TypeAdapter,
-    ValidationError,
     ValidationInfo,
     model_serializer,
     model_validator,
@@ -37,9 +36,9 @@ from damper.parameters.masses import MOST_MASSES, equal_masses, split
 from damper.parameters.names import OF_ANY_MASS
 from damper.parameters.quantities import ALL
 from damper.study.axes import MOST_VALUES
-from damper.study.messages import NOTHING, Mistakes, mistakes_of
+from damper.study.messages import NOTHING, Mistakes, in_plain_words
 from damper.study.schema import COORDINATE, THE_PARAMETERS, Schema, nested, once, quantity_schema
-from damper.study.yaml_file import NUMBER, Quoted, as_part, display, key_path
+from damper.study.yaml_file import NUMBER, Quoted, as_part, display
 
 # A file's name has at most 255 bytes, with what is added to it, such as a coordinate and a suffix.
 STEM = re.compile(r"[A-Za-z0-9_-]{1,100}")
@@ -66,16 +65,8 @@ class StrictModel(BaseModel):
 
         Without a name, what is given is a mapping of arguments.
         """
-        try:
+        with in_plain_words(name):
             return cls.model_validate(data)
-        except ValidationError as error:
-            lines = [
-                f"{key_path((name, *loc) if name else loc)}: {report['message']}"
-                + (f" (did you mean {report['near']!r}?)" if report["near"] else "")
-                + (f": must be {report['allowed']}" if report["allowed"] else "")
-                for loc, report in mistakes_of(error)
-            ]
-            raise ValueError("; ".join(lines)) from None
 
     @classmethod
     def check_keys(cls, given: Mapping[str, Any], mistakes: Mistakes) -> None:

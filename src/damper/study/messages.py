@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 from damper.parameters.names import REPLACED, nearest
 from damper.parameters.quantities import ALL, SI_ONLY, OfQuantities, Quantity
 from damper.study.schema import COORDINATE, Generator, Schema, choices_of, words_of
-from damper.study.yaml_file import NUMBER, Loc, as_part, display, join_names
+from damper.study.yaml_file import NUMBER, Loc, as_part, display, join_names, key_path
 
 Report = dict[str, Any]
 """What a message says: ``message``, what is ``allowed``, and the name that is ``near``."""
@@ -69,6 +69,24 @@ class Mistakes:
         """Raise what was noted, if anything."""
         if self.lines:
             raise ValidationError.from_exception_data("study", self.lines)
+
+
+@contextmanager
+def in_plain_words(name: str = "") -> Iterator[None]:
+    """Raise pydantic's error in the body as a ValueError with a line for each mistake.
+
+    `name` is the argument that holds what is wrong.
+    """
+    try:
+        yield
+    except ValidationError as error:
+        lines = [
+            f"{key_path((name, *loc) if name else loc)}: {report['message']}"
+            + (f" (did you mean {report['near']!r}?)" if report["near"] else "")
+            + (f": must be {report['allowed']}" if report["allowed"] else "")
+            for loc, report in mistakes_of(error)
+        ]
+        raise ValueError("\n".join(lines)) from None
 
 
 def mistakes_of(
@@ -136,8 +154,13 @@ def _schema_at(of: type[BaseModel] | TypeAdapter[Any] | None, loc: Loc) -> Schem
 _MESSAGES = {
     "bool_type": "must be true or false",
     "dict_type": "must be a mapping",
-    "float_type": "must be a number",
-    "int_type": "must be an integer",
+    "float_type": "not a number",
+    # What is allowed gives the bounds.
+    "greater_than": "out of range",
+    "greater_than_equal": "out of range",
+    "int_type": "not an integer",
+    "less_than": "out of range",
+    "less_than_equal": "out of range",
     "missing_item": "must be two numbers",
     "literal_error": "not one of the choices",
     "string_pattern_mismatch": "the text is empty",
