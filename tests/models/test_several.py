@@ -479,10 +479,10 @@ def test_a_run_is_the_same_however_it_is_split() -> None:
     ]
     split += [piece.copy() for piece in parts.segments(4.0)]
     last = {
-        (row[PERIODS], row[TIME], *row[14:15], row[CAUSE]): row for piece in split for row in piece
+        (row[PERIODS], row[TIME], row[COLUMNS], row[CAUSE]): row for piece in split for row in piece
     }
     for row in log[:-1]:
-        assert np.array_equal(last[row[PERIODS], row[TIME], row[14], row[CAUSE]], row)
+        assert np.array_equal(last[row[PERIODS], row[TIME], row[COLUMNS], row[CAUSE]], row)
 
 
 @plain
