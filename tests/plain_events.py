@@ -102,12 +102,12 @@ class Scene:
 
     @property
     def begun(self) -> list[Burst]:
-        """Bursts that begin in the record."""
+        """Bursts that begin in the window."""
         return [burst for burst in self.all_bursts if burst.onset >= self.start]
 
     @property
     def ended(self) -> list[Burst]:
-        """Bursts that begin and end in the record."""
+        """Bursts that begin and end in the window."""
         return [burst for burst in self.begun if burst.ended]
 
     def run(self) -> dict[str, Any]:
@@ -311,7 +311,7 @@ def _counts(scene: Scene, threshold: Threshold) -> tuple[int, int]:
 
 
 def _sticking_time(scene: Scene) -> float:
-    """Time in the record between a stick row and the release after it."""
+    """Time in the window between a stick row and the release after it."""
     if scene.parameters["clearance"] == 0.0:
         return scene.end - scene.start
     total, since = 0.0, None

@@ -1,4 +1,4 @@
-"""The sampled stretch lies in the record, its figure in the stretch: told as a study is read."""
+"""The sampled stretch lies in the window, its figure in the stretch: told as a study is read."""
 
 import re
 from pathlib import Path
@@ -32,7 +32,7 @@ def test_study_refuses_what_the_observer_refuses(
         SampledTrajectory(**settings).size("instant", 2)
     except ValueError:
         message = blame(tmp_path, study(2, settings))
-        assert re.search(r"observers.trajectory\n.*does not lie in the record", message)
+        assert re.search(r"observers.trajectory\n.*does not lie in the window", message)
     else:
         load(tmp_path, study(2, settings))
 

@@ -32,7 +32,7 @@ PREDICTED = (
 
 
 def expected(scene: Scene) -> Iterator[dict[str, Any]]:
-    """Complete bursts of the record, from the rows of `damper.events`."""
+    """Complete bursts of the window, from the rows of `damper.events`."""
     at = {float(row["time"]): row for row in scene.rows if row["kind"] == 0}
     for burst in scene.begun:
         if burst.complete:

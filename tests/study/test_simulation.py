@@ -186,7 +186,7 @@ def test_loaded_on_first_use_from_the_package() -> None:
         ({"follow": False}, "follow = False: must be a mapping of an axis to a direction"),
         (
             {"observers": {"chatter_bursts": {"since": [0, 4]}}},
-            "chatter_bursts.since = 4.0: begins after the record of 4 periods",
+            "chatter_bursts.since = 4.0: begins after the window of 4 cycles",
         ),
         ({"observers": [None]}, "unknown observer None: must be one of accumulation, "),
         ({"observers": {"impacts": {3: 4}}}, "impacts = {3: 4}: settings have names"),

@@ -90,7 +90,7 @@ def test_a_followed_run_goes_on_in_the_phase_that_it_ended_in() -> None:
         ({"periods": {"time": 0}}, "or {'time': a number > 0, or 'end'}"),
         ({"periods": "end"}, "periods = 'end': must be a whole number"),
         ({"periods": {"time": "end"}, "forcing": "base"}, "only a record or noise ends"),
-        ({"transient": {"time": 2.5}}, "ends at 2.3, before the record begins"),
+        ({"transient": {"time": 2.5}}, "ends at 2.3, before the window begins"),
     ],
 )
 def test_mistakes_in_python(change: dict[str, Any], message: str) -> None:
@@ -125,7 +125,7 @@ def test_a_study_knows_its_shortest_and_longest_run(tmp_path: Path) -> None:
         ("{time: end}", "{time: 0}", "periods.time\n    out of range (value: 0)\n    al"),
         ("{time: end}", "{time: ends}", "\n    allowed: number > 0 or end"),
         ("{time: end}", "1.5", "allowed: integer >= 1 or mapping (a time)"),
-        ("length: 2", "length: 9", "does not lie in the record of 7.3 periods"),
+        ("length: 2", "length: 9", "does not lie in the window of 7.3 cycles"),
         ("kind: record, time: [0, 0.5, 7.3], value: [0, 2, 0], of: base_acceleration", "kind: base",
          "periods\n    {'time': 'end'}: only a record or noise ends"),
     ],

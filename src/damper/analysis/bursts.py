@@ -15,14 +15,14 @@ def list_bursts(cube: xr.Dataset) -> pd.DataFrame:
     ----------
     cube : xarray.Dataset
         With the variables of the observer ``bursts`` with ``records``: the number of bursts of each
-        run that are listed, the first ones of its record.
+        run that are listed, the first ones of its window.
 
     Returns
     -------
     pandas.DataFrame
         One row for each burst, in the order of places and times. Columns are the axes and
 
-        - ``onset``: time of the first impact since the start of the record;
+        - ``onset``: time of the first impact since the start of the window;
         - ``wall``: -1 left, +1 right;
         - ``duration``: from the first impact to sticking, or to the last impact;
         - ``visible``: number of visible impacts;
@@ -65,7 +65,7 @@ def burst_statistics(cube: xr.Dataset, since: float = 0.0) -> pd.DataFrame:
     cube : xarray.Dataset
         As for `list_bursts`.
     since : float, default 0
-        Time since the start of the record, in the cube's unit, before which bursts do not count.
+        Time since the start of the window, in the cube's unit, before which bursts do not count.
 
     Returns
     -------

@@ -59,7 +59,7 @@ def completion_errors(cube: xr.Dataset, within: float = 0.01) -> pd.DataFrame:
         Four rows for each place along the axes, directions and draws: ``quantity`` (time,
         displacement) and ``order`` (1, 2). Columns are these and
 
-        - ``complete_bursts`` in the record, missing where the run stopped; of these ``bursts``
+        - ``complete_bursts`` in the window, missing where the run stopped; of these ``bursts``
           looked at, with ``impacts`` and ``predicted_impacts``;
         - ``slope``: exponent of the rebound speed in the error, and the number of errors that it
           rests on, ``slope_points``;

@@ -122,7 +122,7 @@ def runs_of(cube: xr.Dataset) -> pd.DataFrame:
     runs, periods = records_of(cube), setting_of(cube, "periods")
     if isinstance(periods, dict):
         time = periods["time"]
-        raise ValueError(f"laws: the record is a time {time}: regimes need its length in cycles")
+        raise ValueError(f"laws: the window is a time {time}: regimes need its length in cycles")
     defaults = {n: ALL[n].default for n in DIMENSIONLESS_NAMES if n not in runs}
     runs = runs.assign(**defaults, periods=periods)
     names = [*PARAMETER_NAMES, *filter(split, runs)]

@@ -38,7 +38,7 @@ _STICKING = 1
 
 
 class Burst(NamedTuple):
-    """A run of impacts on one wall. Times count from the start of the record, in its unit."""
+    """A run of impacts on one wall. Times count from the start of the window, in its unit."""
 
     onset: float
     """Of the first impact."""
@@ -50,7 +50,7 @@ class Burst(NamedTuple):
     """Visible impacts."""
     complete: bool
     sticking: float
-    """From sticking to release; NaN where the burst is incomplete or the record ends first."""
+    """From sticking to release; NaN where the burst is incomplete or the window ends first."""
 
     @property
     def end(self) -> float:
@@ -71,8 +71,8 @@ class Burst(NamedTuple):
 def listed_bursts(place: xr.Dataset) -> list[Burst]:
     """Return the listed bursts of one run, in order.
 
-    A burst that was under way when the record began is not listed, nor is one that the record's end
-    cuts: let a sampled stretch begin a period or two into the record, and end before it.
+    A burst that was under way when the window began is not listed, nor is one that the window's end
+    cuts: let a sampled stretch begin a cycle or two into the window, and end before it.
     """
     columns = [place[name].values for name in BURST_VARIABLES]
     return [

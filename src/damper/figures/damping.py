@@ -151,6 +151,6 @@ def _scale(axes: list[Axes]) -> list[str]:
 
 
 def _left_out(place: xr.Dataset) -> list[str]:
-    """Say what the record did not have room for."""
+    """Say what the window did not have room for."""
     missing = float((place.half_cycles - place.sizes["half_cycle"]).max())
     return [f"up to {missing:.0f} half cycles not listed"] if missing > 0.0 else []

@@ -57,7 +57,7 @@ class FreeMass(products.FigureSettings):
         Unit(f"{TIME}, {SI_UNITS[TIME]}"),
         Field(
             ge=0,
-            description="Time since the start of the record: the burst of chatter with the onset "
+            description="Time since the start of the window: the burst of chatter with the onset "
             "nearest to it is shown enlarged; the first one of the stretch when not given. Where "
             "nothing is chatter, any burst counts.",
         ),
@@ -204,7 +204,7 @@ def _shade(
 
 
 def _dimensions(ax: Axes, burst: Burst) -> None:
-    """Write onset, duration and sticking of the burst above the panel, all from the record."""
+    """Write onset, duration and sticking of the burst above the panel, all from the window."""
     wall = "right" if burst.wall > 0 else "left"
     plural = "" if burst.visible == 1 else "s"
     first = f"onset $t$ = {burst.onset:.3f}, {wall} wall, {burst.visible} visible impact{plural}"
@@ -262,7 +262,7 @@ def _durations(ax: Axes, chatter: Sequence[Burst], span: tuple[float, float], un
 
 
 def _left_out(place: xr.Dataset) -> list[str]:
-    """Say what the record did not have room for."""
+    """Say what the window did not have room for."""
     listed = []
     if missing := int(place.trajectory_events_left_out):
         listed.append(f"{missing} events did not fit (observers: trajectory: events)")

@@ -58,7 +58,7 @@ def draw(results: Mapping[str, Any], settings: Histories) -> Figure:
     The relative displacement is drawn over the clearance, so the walls are at -1 and 1. Bursts with
     at least five visible impacts are shaded from their first impact to sticking, or to their last
     impact where they do not complete; so are the stretches in which the masses stick. Each panel
-    says how the whole record, of which it shows a part, is classed. ValueError where a stretch does
+    says how the whole window, of which it shows a part, is classed. ValueError where a stretch does
     not reach to the start, or the list of bursts is missing.
     """
     cube = results["cube"]

@@ -59,7 +59,7 @@ class CubeAccessor:
         return drawn("curves", self._cube, along=along, variables=variables, **settings)
 
     def run(self, *, samples_per_period: int = 200, **point: Any) -> Run:
-        """Run one point again, with the cube's transient and record, and keep its motion.
+        """Run one point again, with the cube's transient and window, and keep its motion.
 
         Raises
         ------
@@ -73,7 +73,7 @@ class CubeAccessor:
         return recorded(parameters, trajectory=sampled, state=state, **settings_of(self._cube))
 
     def history(self, *, start: float = 0.0, stop: float = 10.0, **point: Any) -> Figure:
-        """Draw both masses of one point over so many cycles of its record."""
+        """Draw both masses of one point over so many cycles of its window."""
         return self.run(**point).plot(start, stop)
 
     def portrait(self, **point: Any) -> Figure:
@@ -100,7 +100,7 @@ class CubeAccessor:
     def _started(
         self, point: Mapping[str, Any]
     ) -> tuple[Parameters | SIParameters, State | None, Trajectory, Window]:
-        """Parameters of a point of the grid, where its run starts, that run, and its record."""
+        """Parameters of a point of the grid, where its run starts, that run, and its window."""
         primary = primary_of(self._cube)
         place = self._cube.sel(self._place(point))
         values: dict[str, Any] = fixed_values(place) | force_of(place)

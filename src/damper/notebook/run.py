@@ -37,7 +37,7 @@ class Run:
     ----------
     parameters : Parameters or SIParameters
     cube : xarray.Dataset
-        Its record, with the variables of the observers ``trajectory``, ``bursts`` and
+        Its window, with the variables of the observers ``trajectory``, ``bursts`` and
         ``stroboscopic_section``.
     """
 
@@ -55,7 +55,7 @@ class Run:
 
     @cached_property
     def events(self) -> np.ndarray:
-        """Events within the record, as `damper.events` gives them."""
+        """Events within the window, as `damper.events` gives them."""
         stretch = self.motion.time.values
         given = {name: self.cube.attrs[name] for name in ("accuracy", "max_events")}
         found = events(self.parameters, self.state, until=stretch[-1], **given)
@@ -90,13 +90,13 @@ class Run:
 
     @property
     def _begun(self) -> float:
-        """Time at which its record begins."""
+        """Time at which its window begins."""
         cycle, begun = self.parameters.cycle, self.state.time if self.state else 0.0
         length = RunSettings(**settings_of(self.cube))
         return length.cycles(cycle, self.parameters.forcing.end - begun)[0] * cycle + begun
 
     def plot(self, start: float = 0.0, stop: float | None = None) -> Figure:
-        """Draw all masses over time, from and to so many cycles of the record."""
+        """Draw all masses over time, from and to so many cycles of the window."""
         return drawn("trajectory", self.cube, start=start, stop=stop)
 
     def portrait(self, *bodies: int) -> Figure:

@@ -84,7 +84,7 @@ class Accumulation(Observer):
     models = ("rigid",)
     bursts = Setting(
         20,
-        "Most complete bursts of each run to use, the first ones of the record.",
+        "Most complete bursts of each run to use, the first ones of the window.",
         ge=1,
         le=100_000,
     )

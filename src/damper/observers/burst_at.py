@@ -17,24 +17,24 @@ class BurstAt(EachBurst):
     because its end is not known. Of two equally near bursts the earlier counts.
     """
 
-    time = Setting(0.0, "Where to look, counted from the start of the record.", TIME_UNITS, ge=0)
+    time = Setting(0.0, "Where to look, counted from the start of the window.", TIME_UNITS, ge=0)
 
     @property
     def variables(self) -> list[Variable]:
         """What it writes."""
-        none = "missing where the record has no chatter burst"
+        none = "missing where the window has no chatter burst"
         return [
             Variable(
                 "burst_at_onset",
                 "start of the chatter burst nearest to "
-                f"{self.time:g} since the start of the record",
+                f"{self.time:g} since the start of the window",
                 TIME,
             ),
             Variable(
                 "burst_at_duration", "its time from first impact to sticking, or last impact", TIME
             ),
             Variable(
-                "burst_at_sticking_time", "its time of sticking, if released in the record", TIME
+                "burst_at_sticking_time", "its time of sticking, if released in the window", TIME
             ),
             Variable(
                 "burst_at_visible_impacts", "its visible impacts", "1", dtype="i4", comment=none

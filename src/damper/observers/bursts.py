@@ -51,7 +51,7 @@ _NONE, _EARLIER, _UNKNOWN = 0.0, 2.0, 3.0
 
 #: Columns of the list of bursts, in their order.
 RECORDS = (
-    Variable("burst_onset", "time of the first impact since the start of the record", TIME_UNIT),
+    Variable("burst_onset", "time of the first impact since the start of the window", TIME_UNIT),
     Variable("burst_onset_period", "whole cycles in the time of the first impact", "1"),
     Variable(
         "burst_onset_time_in_period",
@@ -63,14 +63,14 @@ RECORDS = (
     Variable("burst_visible_impacts", "visible impacts of the burst", "1"),
     Variable("burst_complete", "1 if the burst ends in sticking", "1"),
     Variable(
-        "burst_accumulation_time", "time of sticking since the start of the record", TIME_UNIT
+        "burst_accumulation_time", "time of sticking since the start of the window", TIME_UNIT
     ),
     Variable("burst_accumulation_displacement", "primary displacement at sticking", LENGTH),
     Variable(
         "burst_duration", "time from the first impact to sticking, or to the last impact", TIME_UNIT
     ),
     Variable(
-        "burst_sticking_time", "time from sticking to release, if within the record", TIME_UNIT
+        "burst_sticking_time", "time from sticking to release, if within the window", TIME_UNIT
     ),
 )
 #: The same as a record; field names are without ``burst_``.
@@ -86,7 +86,7 @@ class Bursts(Observer):
         (), "More fractions at which to count, along the dimension `threshold`.", gt=0, lt=1
     )
     records = Setting(
-        0, "Bursts of each run to list one by one, the first ones of the record.", ge=0
+        0, "Bursts of each run to list one by one, the first ones of the window.", ge=0
     )
 
     def __init__(self, **given: Any) -> None:
@@ -111,13 +111,13 @@ class Bursts(Observer):
                 "bursts_per_period",
                 "bursts per cycle",
                 "1",
-                comment="those that begin in the record",
+                comment="those that begin in the window",
             ),
             Variable(
                 "complete_fraction",
                 "share of bursts that end in sticking",
                 "1",
-                comment="all bursts that begin and end in the record, visible count or not",
+                comment="all bursts that begin and end in the window, visible count or not",
             ),
             Variable("sticking_fraction", "fraction of time sticking", "1"),
         ]
@@ -189,7 +189,7 @@ class Bursts(Observer):
 
 
 class EachBurst(Bursts):
-    """Base of observers that read the bursts of a record one by one, as `Bursts` lists them."""
+    """Base of observers that read the bursts of a window one by one, as `Bursts` lists them."""
 
     compare_thresholds = ()
     records = 0

@@ -22,7 +22,7 @@ class ChatterBursts(EachBurst):
 
     since = Setting(
         (0.0,),
-        "Starts of the parts of the record in which to count, each to its end, along the dimension "
+        "Starts of the parts of the window in which to count, each to its end, along the dimension "
         "`since`.",
         "cycles",
         ge=0,
@@ -40,7 +40,7 @@ class ChatterBursts(EachBurst):
         times = {
             "chatter_duration": "mean duration of complete chatter bursts",
             "chatter_onset": "start of the first complete chatter burst since the start of the "
-            "record",
+            "window",
         }
         dims = ("since",)
         return [
@@ -49,11 +49,11 @@ class ChatterBursts(EachBurst):
         ]
 
     def allocate(self, runs: int, window_length: int) -> None:
-        """Make the arrays; ValueError for a part that begins after the record."""
+        """Make the arrays; ValueError for a part that begins after the window."""
         last = max(self.since)
         if last >= window_length:
             raise ValueError(
-                f"{self.name}.since = {last!r}: begins after the record of {window_length} periods"
+                f"{self.name}.since = {last!r}: begins after the window of {window_length} cycles"
             )
         super().allocate(runs, window_length)
 

@@ -44,7 +44,7 @@ class Decay(Observer):
     A half cycle is the time between two passages of the primary through zero, and its peak the
     largest displacement there: where the velocity vanishes, in flight as in sticking, or at an
     impact that turns it. Peaks are exact with rigid walls; within one compliant contact the
-    velocity is taken to turn once. A record that begins with the primary on its way to zero is
+    velocity is taken to turn once. A window that begins with the primary on its way to zero is
     counted from there. Displacements are from the place of rest of the primary alone.
 
     The equivalent damping ratio is that of the linear vibration with the same logarithmic
@@ -72,7 +72,7 @@ class Decay(Observer):
     variables = (
         Variable(
             "peak_time",
-            "time of the peak of a half cycle since the start of the record",
+            "time of the peak of a half cycle since the start of the window",
             TIME,
             ("half_cycle",),
             comment=_NONE,
@@ -93,7 +93,7 @@ class Decay(Observer):
         ),
         Variable(
             "half_cycles",
-            "half cycles of the primary in the record",
+            "half cycles of the primary in the window",
             "1",
             dtype="i4",
             comment=f"those not listed included; {_NONE}",
@@ -105,7 +105,7 @@ class Decay(Observer):
             ("part",),
             comment="on the exponential between the two peaks; missing where none is so low",
         ),
-        Variable("energy_at_start", "energy at the start of the record", ENERGY, comment=_NONE),
+        Variable("energy_at_start", "energy at the start of the window", ENERGY, comment=_NONE),
         Variable("energy_to_impacts", "energy lost in all impacts", ENERGY, comment=_NONE),
         Variable(
             "energy_to_dashpot",
@@ -119,7 +119,7 @@ class Decay(Observer):
             ENERGY,
             comment=_NONE,
         ),
-        Variable("energy_left", "energy at the end of the record", ENERGY, comment=_NONE),
+        Variable("energy_left", "energy at the end of the window", ENERGY, comment=_NONE),
         Variable(
             "vibration",
             "whether the vibration is free",
@@ -193,7 +193,7 @@ class Decay(Observer):
 
 
 def _ends_before(forcing: Any, window: Window) -> bool:
-    """Whether nothing drives the damper within the record."""
+    """Whether nothing drives the damper within the window."""
     if not isinstance(forcing, PiecewiseLinear) or forcing.value[-1]:
         return isinstance(forcing, ZeroForce)
     cycles, time = forcing.cycles[-1], forcing.time[-1]
@@ -219,7 +219,7 @@ class Peaks(NamedTuple):
 
 @compiled
 def _find(model, log, window, step, peaks):
-    """Note all turning points and impacts of the primary in the record."""
+    """Note all turning points and impacts of the primary in the window."""
     half = peaks.half[0]
     for index in range(len(log)):
         s = read_segment(model, log[index])
@@ -246,7 +246,7 @@ def _find(model, log, window, step, peaks):
 
 @compiled
 def _lose(model, tables, log, window, half):
-    """Add what impacts in the record take from one of several masses."""
+    """Add what impacts in the window take from one of several masses."""
     for index in range(len(log)):
         s = read_segment(model, log[index])
         start, low, high = part_within(s, model.cycle, window)

@@ -14,7 +14,7 @@ class ImpactSection(Section):
 
     wall = Setting("right", "The wall whose impacts are sampled.", choices=("left", "right"))
     samples = Setting(
-        100, "Most impacts to keep of each run, the first ones of the record.", ge=1, le=100_000
+        100, "Most impacts to keep of each run, the first ones of the window.", ge=1, le=100_000
     )
 
     @property

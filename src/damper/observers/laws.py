@@ -58,7 +58,7 @@ _SAMPLE = record_type(*Sample._fields)
 
 
 class Laws(Observer):
-    """How far each law of the model is violated over the record, at worst.
+    """How far each law of the model is violated over the window, at worst.
 
     A violation is a difference of two sides of a law over the size of its terms, so roundoff is
     some 1e-16 to 1e-15; beyond 1e-12 a law is broken. A run without impacts has NaN for their laws.
@@ -90,7 +90,7 @@ class Laws(Observer):
         _follow(self._model, self._tables, log, self._found, self._last, self._end)
 
     def finish(self, finished: bool) -> None:
-        """Write what was found, up to a stop too; nothing where the record was not reached."""
+        """Write what was found, up to a stop too; nothing where the window was not reached."""
         # Plain numbers: NumPy's warn of infinite ones.
         found = dict(zip(fields_of(_FOUND), self._found[0].tolist(), strict=True))
         if not found["segments"]:

@@ -24,7 +24,7 @@ from damper.observers.common.settings import Setting
 from damper.parameters.models import MODELS
 from damper.parameters.variables import SPEED, Variable
 
-#: Of a run: whether the record has begun; periods of it before its second half; directions that
+#: Of a run: whether the window has begun; periods of it before its second half; directions that
 #: have vanished; the smallest approach speed.
 _TOTALS = record_type("begun", "halved", "lost", "slowest")
 _DIM = ("exponent",)
@@ -34,7 +34,7 @@ _SHRUNK = 10.0
 
 
 class Lyapunov(Observer):
-    """Lyapunov exponents over the record, per cycle, the largest first.
+    """Lyapunov exponents over the window, per cycle, the largest first.
 
     They are those of the masses' displacements and velocities: four, and two more for each further
     free mass. A positive one means chaos.
@@ -48,7 +48,7 @@ class Lyapunov(Observer):
 
     Several masses in step hit as one. A deviation that parts them changes their impacts by a finite
     amount, however small it is: its two exponents are infinite, or minus infinity where they stick
-    together in the record; where they only rest, 0 and minus infinity. Start them apart, or give
+    together in the window; where they only rest, 0 and minus infinity. Start them apart, or give
     them different clearances.
 
     An impact that only grazes makes deviations unbounded: see `slowest_impact`.
@@ -66,7 +66,7 @@ class Lyapunov(Observer):
         Variable("lyapunov_exponents", "Lyapunov exponent per cycle", "1", _DIM),
         Variable(
             "lyapunov_drift",
-            "Lyapunov exponent of the record's second half less that of the first",
+            "Lyapunov exponent of the window's second half less that of the first",
             "1",
             _DIM,
             comment="how far the exponents have converged",
@@ -96,7 +96,7 @@ class Lyapunov(Observer):
         self._totals["slowest"] = math.inf
         self._frame = np.empty((0, 0))
         self._own, self._parted = np.empty(0), np.empty(0, int)
-        # Logarithms of growth, of which first half of the record, and of volumes.
+        # Logarithms of growth, of which first half of the window, and of volumes.
         self._growth, self._volume = np.empty((2, 0)), np.zeros(1)
 
     def observe(self, log: np.ndarray) -> None:

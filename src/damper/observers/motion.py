@@ -39,7 +39,7 @@ class ObservedMotion(Observer):
             "cycles after which the motion repeats",
             "1",
             dtype="i4",
-            comment="0: it does not within the longest period looked for, or half of the record",
+            comment="0: it does not within the longest period looked for, or half of the window",
         ),
         Variable(
             "motion_side",

@@ -1,4 +1,4 @@
-"""Segments: the solution itself over the last periods of the record, a row for each segment.
+"""Segments: the solution itself over the last cycles of the window, a row for each segment.
 
 Between events the motion is known in closed form, so these rows hold it exactly and in less space
 than samples would take.
@@ -36,7 +36,7 @@ _FIELDS: dict[str, tuple[int, str, str]] = {
 
 
 class Segments(Observer):
-    """The solution itself: every segment of the last periods of the record.
+    """The solution itself: every segment of the last cycles of the window.
 
     The first segment is cut where the stretch begins, unless it is the closed rest of a burst.
     Where there are too many, the first ones are missing. Of several free masses each has a
@@ -44,7 +44,7 @@ class Segments(Observer):
     """
 
     bodies = BODIES
-    periods = Setting(5, "Length of the stretch, at most the record's.", "cycles", ge=1)
+    periods = Setting(5, "Length of the stretch, at most the window's.", "cycles", ge=1)
     rows = Setting(200, "Most segments to keep.", ge=1, le=1_000_000)
 
     @property

@@ -1,4 +1,4 @@
-"""Statistics of a motion that does not repeat: means over the record with confidence limits."""
+"""Statistics of a motion that does not repeat: means over the window with confidence limits."""
 
 import math
 
@@ -58,9 +58,9 @@ _OF_ALL = ("mean_potential_energy", "mean_kinetic_energy", "mean_input", "mean_l
 
 
 class Statistics(Observer):
-    """Means over the record, and how well they are known: for noise.
+    """Means over the window, and how well they are known: for noise.
 
-    The record is cut into equal batches. A mean is that of the whole record, as exact as those of
+    The window is cut into equal batches. A mean is that of the whole window, as exact as those of
     `response`; its limits are those of Student's t for the means of the batches, of which fewer
     count where neighbours are alike: limits become wide where a batch does not last several times
     as long as the motion remembers. Energies are in units of F0^2/K, per cycle where they are
@@ -72,7 +72,7 @@ class Statistics(Observer):
 
     models = ("rigid", "grounded", "sliding")
     bodies = BODIES
-    batches = Setting(20, "Equal parts of the record that make the limits.", ge=8, le=10_000)
+    batches = Setting(20, "Equal parts of the window that make the limits.", ge=8, le=10_000)
     confidence = Setting(0.95, "Of the limits.", gt=0, lt=1)
     above = Setting(0.0, "Approach speed from which an impact counts.", SPEED, ge=0)
 

@@ -17,7 +17,7 @@ class StroboscopicSection(Section):
     shared = ("displacement", "velocity")
     at = Setting(0.0, "When in each cycle to look.", "cycles", ge=0, lt=1)
     last = Setting(
-        0, "Of so many cycles only, the record's last ones; 0: of all.", ge=0, le=1_000_000
+        0, "Of so many cycles only, the window's last ones; 0: of all.", ge=0, le=1_000_000
     )
     where = "once per cycle"
 

@@ -51,18 +51,18 @@ class SampledTrajectory(Observer):
     Raises
     ------
     ValueError
-        When the stretch leaves the record, as soon as its length is known.
+        When the stretch leaves the window, as soon as its length is known.
     """
 
     sees_all = True
     bodies = BODIES
     samples_per_period = Setting(100, "Equal time steps per cycle.", ge=1, le=1_000_000)
     start = Setting(
-        0.0, "Where the stretch begins, counted from the start of the record.", "cycles", ge=0
+        0.0, "Where the stretch begins, counted from the start of the window.", "cycles", ge=0
     )
     length = Setting(
         None,
-        "Length of the stretch, rounded to whole steps; without it, to the end of the record.",
+        "Length of the stretch, rounded to whole steps; without it, to the end of the window.",
         "cycles",
         gt=0,
     )
@@ -109,7 +109,7 @@ class SampledTrajectory(Observer):
             ),
             Variable(
                 "trajectory_start",
-                "start of the sampled stretch since the start of the record",
+                "start of the sampled stretch since the start of the window",
                 TIME_UNIT,
             ),
             Variable("trajectory_displacement", "primary displacement", LENGTH, instant),
@@ -223,12 +223,12 @@ class SampledTrajectory(Observer):
         return math.ceil(steps) / length
 
     def _steps(self, window_length: float) -> int:
-        """Sample steps of the stretch, once it is known to lie in the record."""
+        """Sample steps of the stretch, once it is known to lie in the window."""
         return sample_steps(self._rate, self.start, self.length, window_length)
 
 
 class Stretch(NamedTuple):
-    """What is sampled: steps of 1/rate period, `first` steps and `rest` periods into the record."""
+    """What is sampled: steps of 1/rate cycle, `first` steps and `rest` cycles into the window."""
 
     window: Window
     first: float

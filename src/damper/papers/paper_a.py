@@ -173,7 +173,7 @@ def _judge_a4(cubes: Cubes) -> Verdict:
     ratio = durations[1] / durations[0]
     shares = [bursts["complete"].mean() if len(bursts) else 0.0 for bursts in late]
     measured = (
-        f"in the last half of the record {shares[0]:.0%} and {shares[1]:.0%} of the chatter bursts "
+        f"in the last half of the window {shares[0]:.0%} and {shares[1]:.0%} of the chatter bursts "
         f"are complete and last {durations[0]:.4g} and {durations[1]:.4g}, a ratio of {ratio:.3g} "
         f"(in forcing periods {ratio * MIDDLE / LOW:.3g})"
     )
@@ -209,7 +209,7 @@ def _part(some: xr.DataArray, of_all: xr.DataArray) -> xr.DataArray:
 
 
 def _steady(bursts: pd.DataFrame) -> pd.DataFrame:
-    """Bursts that begin in the second half of the record."""
+    """Bursts that begin in the second half of the window."""
     return bursts[bursts["onset"] > 0.5 * bursts["onset"].max()]
 
 

@@ -53,7 +53,7 @@ class RunLength(_Checked):
         timed=True,
     )
     periods: int | Mapping[str, Any] = _number(
-        50, "How long the record is, likewise.", "cycles", ge=1, stated=True, timed=True
+        50, "How long the window is, likewise.", "cycles", ge=1, stated=True, timed=True
     )
 
     @property
@@ -62,7 +62,7 @@ class RunLength(_Checked):
         return isinstance(self.transient, Mapping) or isinstance(self.periods, Mapping)
 
     def cycles(self, cycle: float, end: float) -> tuple[float, float]:
-        """Return cycles before the record, and in it.
+        """Return cycles before the window, and in it.
 
         Parameters
         ----------
@@ -73,7 +73,7 @@ class RunLength(_Checked):
         Raises
         ------
         ValueError
-            Where it does not end, or not within the record.
+            Where it does not end, or not within the window.
         """
         before = _in_cycles("transient", self.transient, cycle, end)
         length = _in_cycles("periods", self.periods, cycle, end)
@@ -82,7 +82,7 @@ class RunLength(_Checked):
             if not length > 0.0:
                 raise ValueError(
                     f"periods = {self.periods!r}: what drives the damper ends at {end:g}, before "
-                    f"the record begins: must be > 0 after transient = {self.transient!r}"
+                    f"the window begins: must be > 0 after transient = {self.transient!r}"
                 )
         return before, length
 

@@ -254,7 +254,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
 
     @cached_property
     def windows(self) -> list[tuple[float, float, float]]:
-        """Length of a cycle, and cycles before and in the record, at the ends of the clock.
+        """Length of a cycle, and cycles before and in the window, at the ends of the clock.
 
         ValueError where a force that has no end is to end them.
         """
@@ -265,7 +265,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
 
     @property
     def most_cycles(self) -> tuple[float, float]:
-        """Cycles before and in the record of the longest runs."""
+        """Cycles before and in the window of the longest runs."""
         return max((window[1:] for window in self.windows), key=sum)
 
     @property

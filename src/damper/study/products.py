@@ -74,7 +74,7 @@ class StudyContents:
     orbits: Mapping[str, FollowedOrbit]
     """The periodic motions that are followed."""
     periods: float
-    """Length of the shortest record, in cycles."""
+    """Length of the shortest window, in cycles."""
     starts: tuple[str, ...] = ()
     """Initial quantities that are drawn."""
     force: Forcing = HARMONIC
@@ -119,7 +119,7 @@ class StudyContents:
 
     @property
     def stretch(self) -> float | None:
-        """Cycles of the motion that are sampled; None if none lie in the record."""
+        """Cycles of the motion that are sampled; None if none lie in the window."""
         sampled = self.observers.get("trajectory")
         if sampled is None:
             return None

@@ -38,7 +38,7 @@ def check_study(study: Study) -> None:
     _check_displaced(study, mistakes)
     _check_followed(study, mistakes)
     _check_slices(study, mistakes)
-    _check_record(study, contents, mistakes)
+    _check_window(study, contents, mistakes)
     if _given_once(study, mistakes) and _makes_dampers(study, mistakes):
         _check_orbits(study, mistakes)
         _check_dampers(study, mistakes)
@@ -65,22 +65,22 @@ def _check_observers(study: Study, contents: StudyContents, mistakes: Mistakes) 
             mistakes.add(("observers",), message, "one of the two")
 
 
-def _check_record(study: Study, contents: StudyContents, mistakes: Mistakes) -> None:
-    """Refuse a sampled stretch or counted parts that do not lie in the record."""
+def _check_window(study: Study, contents: StudyContents, mistakes: Mistakes) -> None:
+    """Refuse a sampled stretch or counted parts that do not lie in the window."""
     # The classes of their settings are made when they are asked for.
     sampled: Any = study.observers.get("trajectory")
     if sampled is not None and contents.stretch is None:
         length = contents.periods - sampled.start if sampled.length is None else sampled.length
         message = (
             f"the stretch (start {sampled.start:g}, length {length:g}) does not lie in the "
-            f"record of {contents.periods} periods"
+            f"window of {contents.periods} cycles"
         )
         allowed = f"start + length <= {contents.periods}, at least one sample step"
         mistakes.add(("observers", "trajectory"), message, allowed)
     counted: Any = study.observers.get("chatter_bursts")
     for i, start in enumerate(counted.since if counted else ()):
         if start >= contents.periods:
-            message = f"begins {start:g} periods into a record of {contents.periods}"
+            message = f"begins {start:g} cycles into a window of {contents.periods}"
             allowed = f"number >= 0 and < {contents.periods}"
             mistakes.add(("observers", "chatter_bursts", "since", i), message, allowed)
 

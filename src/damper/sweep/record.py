@@ -200,7 +200,7 @@ def _force(text: str) -> dict[str, Any]:
 
 
 def length_text(cube: Any) -> str:
-    """Return how long the record of a cube's runs is, in words; nothing where it does not say."""
+    """Return how long the window of a cube's runs is, in words; nothing where it does not say."""
     length = str(cube.attrs.get(_ATTRIBUTES["periods"], ""))
     if length == f"time {END}":
         return f"all until the {force_settings(cube)['kind']} ends"

@@ -132,7 +132,7 @@ def run_points(
 
 
 def _cycles(point: Point, settings: RunSettings, start: State | None) -> tuple[float, float]:
-    """Cycles before the record of a run, and in it; `start` is in the units of the point."""
+    """Cycles before the window of a run, and in it; `start` is in the units of the point."""
     cycle, time = point.parameters.cycle, point.units.time
     begun = start.time if start else 0.0
     return settings.cycles(cycle * time, point.parameters.forcing.end * time - begun)
@@ -248,7 +248,7 @@ def last_of_chain(
     """Run a chain, each point from the end of the one before, up to the start of its last run.
 
     Points, `primary` and settings are as for `run_points`. Returned are the dimensionless state
-    that the last run starts from (None is rest), that run, and its record.
+    that the last run starts from (None is rest), that run, and its window.
     """
     runs = _chained([read_point(values, primary) for values in points], RunSettings(**run))
     for _ in points[1:]:
@@ -260,7 +260,7 @@ def last_of_chain(
 def _chained(
     points: Iterable[Point], settings: RunSettings, state: State | None = None
 ) -> Iterator[tuple[State | None, Trajectory, Window]]:
-    """Yield each run of a chain with its start and record; it has to be run before the next."""
+    """Yield each run of a chain with its start and window; it has to be run before the next."""
     before: tuple[Point, State] | None = None
     for point in points:
         start = state.over(point.units) if state else point.start()

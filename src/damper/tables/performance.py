@@ -71,7 +71,7 @@ def make(results: Mapping[str, Any], settings: Performance) -> Table:
         "is larger than that one, and up to how many times. The last three columns belong to the "
         "point of the lowest amplitude ratio.",
         f"Beside it: the largest amplitudes at the neighbouring values of the {clearance}. Where "
-        "motion is chaotic, amplitudes depend on the length of the record and on rounding, and "
+        "motion is chaotic, amplitudes depend on the length of the window and on rounding, and "
         "what looks best may be chance: then these differ widely.",
         _best(in_millimetres(cube), along, over, settings.damped, worst),
         "## What good damping goes with",

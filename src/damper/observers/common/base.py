@@ -19,7 +19,7 @@ from damper.parameters.variables import NO_VALUE, Variable
 
 
 class Window(NamedTuple):
-    """Record of a run: from `periods` cycles plus `time` on, `length` cycles long."""
+    """Window of a run: from `periods` cycles plus `time` on, `length` cycles long."""
 
     periods: float
     time: float

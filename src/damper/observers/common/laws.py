@@ -48,7 +48,7 @@ LAW_VARIABLES = (
         "energy_balance",
         "input less losses and change of the stored energy",
         "1",
-        comment="over the whole record and the sizes of the balance's terms",
+        comment="over the whole window and the sizes of the balance's terms",
     ),
     Variable(
         "clock",
@@ -58,7 +58,7 @@ LAW_VARIABLES = (
     ),
     Variable("not_finite", "segments with a number that is not finite", "1"),
 )
-SEGMENTS = Variable("segments", "segments of the run's record", "1")
+SEGMENTS = Variable("segments", "segments of the run's window", "1")
 LAW_NAMES = tuple(variable.name for variable in LAW_VARIABLES)
 
 #: Largest violation that is still roundoff; the target of the project for penetration.
