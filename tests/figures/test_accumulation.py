@@ -98,3 +98,12 @@ def test_plastic_bursts_have_nothing_to_draw() -> None:
     assert float(cube.complete_bursts) > 0
     figure = drawn("accumulation", cube)
     assert "no complete burst" in figure.axes[0].texts[0].get_text()
+
+
+def test_draws_lie_over_each_other() -> None:
+    draws = {"count": 2, "seed": 3, "initial_position": [-1, 1]}
+    cube = damper.simulate(**POINT, damping_ratio=0.01, restitution=0.8, **RUN, draws=draws)
+    both = points(drawn("accumulation", cube).axes[0], VERMILION)[1]
+    one = points(drawn("accumulation", cube, at={"draw": 0}).axes[0], VERMILION)[1]
+    assert len(both.get_xdata()) == int(np.isfinite(cube.first_order_time[..., 0]).sum())
+    assert 0 < len(one.get_xdata()) < len(both.get_xdata())

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from damper import simulate
-from damper.figures.common.style import BLACK, BLUE, ORANGE, VERMILION, save, style
+from damper.figures.common.style import BLACK, BLUE, COLUMN, ORANGE, VERMILION, save, style
 from damper.theory.steady import steady_amplitude
 
 GRID = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
@@ -107,7 +107,9 @@ def test_mark_is_a_bracket_with_a_label() -> None:
     figure = drawn(cube, **settings)
     (ax,) = figure.axes
     assert bracket(ax) == (0.1, 0.5)
-    assert drawing.legend_texts(figure)[-1] == "as stated"
+    assert figure.get_figwidth() == COLUMN
+    texts = ["incomplete chatter", "complete chatter", "as stated"]
+    assert drawing.legend_texts(figure) == texts
     assert ax.get_xlim() == (0.0, 1.0)
     assert_nothing_overlaps(figure)
 
@@ -263,7 +265,9 @@ def test_amplitudes_are_points_of_each_direction_over_the_undamped_curve() -> No
         np.testing.assert_array_equal(line.get_ydata(), expected)
     undamped = [steady_amplitude(0.02, omega) for omega in (0.8, 0.9, 1.0)]
     np.testing.assert_allclose(alone.get_ydata(), undamped, rtol=1e-12)
-    assert "without damper" in drawing.legend_texts(figure)
+    # No entry for chatter, which was not observed.
+    texts = ["continued upwards", "continued downwards", "without damper"]
+    assert drawing.legend_texts(figure) == texts
     assert_nothing_overlaps(figure)
 
 

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from figures.drawing import assert_nothing_overlaps, drawn, laid_out, legend_texts, made_up
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -39,6 +40,9 @@ def test_a_line_for_each_value() -> None:
     for line, values in zip(lines(ax), VALUES, strict=True):
         assert list(line.get_xdata()) == X
         np.testing.assert_array_equal(line.get_ydata(), values)
+    assert len({line.get_linestyle() for line in lines(ax)}) == 3
+    grey = [np.dot((0.2126, 0.7152, 0.0722), to_rgb(line.get_color())) for line in lines(ax)]
+    assert grey == sorted(set(grey))
     assert legend_texts(figure) == [rf"$\mu$ = {mass:g}" for mass in MASSES]
     assert ax.get_xlim() == (0.8, 1.1)
 
@@ -98,6 +102,15 @@ def test_lines_of_directions() -> None:
     np.testing.assert_array_equal(down.get_ydata(), up.get_ydata() + 1)
     one = curves(cube, at={"direction": "down"})
     np.testing.assert_array_equal(lines(one.axes[0])[0].get_ydata(), down.get_ydata())
+
+
+def test_scales_and_ticks_are_those_of_the_values() -> None:
+    """A geometric abscissa is logarithmic; whole numbers have whole ticks."""
+    cube = made_up({"clearance": [0.01, 0.1, 1.0]}, chatter=[0, 1, 1])
+    (ax,) = curves(cube, "chatter", along="clearance").axes
+    assert ax.get_xscale() == "log"
+    assert all(tick == round(tick) for tick in ax.get_yticks())
+    assert curves(cube_of(), lines="mass_ratio").axes[0].get_xscale() == "linear"
 
 
 # --- the ratio 1, stopped runs, logarithms
