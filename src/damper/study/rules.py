@@ -89,7 +89,7 @@ def _check_orbits(study: Study, mistakes: Mistakes) -> None:
     """Refuse to follow a motion along what is no axis, or out of it."""
     if not study.orbits:
         return
-    from damper.sweep.orbits.periodic import is_followed, require_force
+    from damper.sweep.orbits.periodic import FOLLOWED, is_followed, require_force
 
     axes = study.axis_values
     drawn = [name for name in study.drawn if name not in INITIAL_NAMES]
@@ -97,6 +97,7 @@ def _check_orbits(study: Study, mistakes: Mistakes) -> None:
         message = "periodic motions are followed over dimensionless parameters alone"
         allowed = "a study without SI units, drawn parameters and axes of initial quantities"
         mistakes.add(("orbits",), message, allowed)
+        return
     try:
         for point in study.corners:
             require_force(point, "an orbit")
@@ -107,7 +108,9 @@ def _check_orbits(study: Study, mistakes: Mistakes) -> None:
             mistakes.unknown(("orbits", name, "along"), "axis", entry.along, axes)
         elif not is_followed(entry.along) or len(axes[entry.along]) < 2:
             message = f"a motion cannot be followed along {entry.along}"
-            mistakes.add(("orbits", name, "along"), message, "an axis of several values")
+            allowed = "an axis of several values"
+            allowed += "" if is_followed(entry.along) else f" of {join_names(FOLLOWED)}"
+            mistakes.add(("orbits", name, "along"), message, allowed)
         elif not min(axes[entry.along]) <= entry.start <= max(axes[entry.along]):
             message = f"'start' is outside of the axis {entry.along} (value: {entry.start:g})"
             allowed = f"{min(axes[entry.along]):g} to {max(axes[entry.along]):g}"

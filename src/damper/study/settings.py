@@ -5,6 +5,7 @@ The settings of an observer stand in its own file, `damper.observers`.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any, Literal
@@ -350,6 +351,11 @@ Curves = Annotated[
 ]
 
 
+_BURST = r"[RL](S|[1-9]\d*)"
+#: As `damper.sweep.orbits.word.word_of` writes it.
+_WORD = re.compile(rf"{_BURST}( {_BURST})*( \| {_BURST}( {_BURST})*)*")
+
+
 class FollowedOrbit(StrictModel):
     """A periodic motion to follow along an axis, stable or not, at each value of the others."""
 
@@ -388,6 +394,16 @@ class FollowedOrbit(StrictModel):
             "the point -> parameter -> [low, high]."
         ),
     ] = _NONE
+
+    def check_together(self, mistakes: Mistakes) -> None:
+        """Note a word that no motion has."""
+        if self.expect is not None and not _WORD.fullmatch(self.expect):
+            message = f"not the word of a motion (value: {display(self.expect)})"
+            allowed = (
+                "R or L for each wall with the number of impacts there, S where a sequence "
+                "completes, such as R1 L1 or RS LS; a bar between several masses"
+            )
+            mistakes.add(("expect",), message, allowed)
 
 
 class Threshold(StrictModel):
