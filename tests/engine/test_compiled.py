@@ -54,6 +54,8 @@ runs = [
     (P(2.0, 3.0, 0.5, 0.0, 1.0, modulation_depth=0.9), S(0.1, 0.0, 0.1, 1.0), 60.0),
     (P(0.1, 0.05, 0.2, 0.25, 0.6, friction=0.02), None, 60.0),
     (P(0.1, 0.05, 0.2, 0.25, 0.6, friction=0.5, gravity=0.1), S(0.1, 0.0, 0.1, 1.0), 60.0),
+    (P(0.1, 0.05, 0.2, 0.25, 0.6, masses=[{}, dict(clearance=0.4)]), None, 40.0),
+    (P(0.1, 0.05, 0.2, 0.25, 0.6, masses=[{}, dict(mass_ratio=0.5, friction=0.1)]), None, 40.0),
 ]
 found = []
 for parameters, state, until in runs:
@@ -61,7 +63,8 @@ for parameters, state, until in runs:
         continue
     rows = damper.events(parameters, state, until=until, max_events=60)
     found.append([[float(v).hex() for v in row] for row in rows.tolist()])
-    together = [["response", "bursts", "impacts", "stroboscopic_section"]]
+    bodies = {"bodies": [0, 1]} if MODEL == "several" else {}
+    together = [{"response": {}, "bursts": bodies, "impacts": bodies, "stroboscopic_section": {}}]
     if MODEL == "rigid":
         together += [["impact_section", "accumulation", "trajectory", "motion"]]
     for observers in together:
@@ -89,10 +92,10 @@ def run(code: str, folder: Path = SOURCE.parent, **variables: str) -> str:
     return done.stdout
 
 
-#: Compiling another model, or the rigid one with another law, takes half a minute each.
+#: Compiling another model, or the rigid one with another law, takes half a minute or more each.
 *OTHERS, YIELDING = (
     pytest.param(model, marks=pytest.mark.exhaustive)
-    for model in ("grounded", "compliant", "time_varying", "sliding", "yielding")
+    for model in ("grounded", "compliant", "time_varying", "sliding", "several", "yielding")
 )
 
 
@@ -309,7 +312,8 @@ from damper.sweep.runs import run_points
 compile_at_once()
 point = dict(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.2, clearance=0.25,
              restitution=0.6)
-run_points([point | MODELS[MODEL].example], ["impacts", "response"], transient=1, periods=2)
+observers = {"impacts": {"bodies": [0]} if MODEL == "several" else {}, "response": {}}
+run_points([point | MODELS[MODEL].example], observers, transient=1, periods=2)
 
 def things(kind):
     if isinstance(kind, types.BaseNamedTuple):
