@@ -143,6 +143,6 @@ def test_decay_is_observed_after_a_record_alone(tmp_path: Path) -> None:
 
 def test_settings_refuse_models_that_they_do_not_know(tmp_path: Path) -> None:
     text = STUDY.replace("{trajectory: {start: 1, length: 2}}", "{response: {extremes: true}}")
-    sliding = "gap: 0.02, friction_coefficient: 0.1, transverse_acceleration: 9.81"
-    message = blame(tmp_path, text.replace("gap: 0.02", sliding))
+    compliant = "gap: 0.02, contact_stiffness: 1e6"
+    message = blame(tmp_path, text.replace("gap: 0.02", compliant))
     assert re.search(r"observers\.response\.extremes\n    response.* does not", message)

@@ -1,4 +1,4 @@
-"""Free decay with two impacts a period, of a light free mass: its damping against the law."""
+"""Free decay with two impacts a period, of a light free mass: damping against closed form."""
 
 import math
 from dataclasses import replace
@@ -201,7 +201,7 @@ def test_least_amplitude_at_resonance(r: float, zeta: float) -> None:
     assert order == pytest.approx(1.0, abs=0.02)
     assert errors[0, 1] < masses[0]
     if not zeta:
-        # (1 + mu) times that of the law, as it turns out.
+        # (1 + mu) times that of the closed form, as it turns out.
         np.testing.assert_allclose(errors[:, 0], masses, rtol=1e-3)
 
 
@@ -220,7 +220,7 @@ def test_least_amplitude_is_simulated() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"frequency_ratio": 0.9}, "frequency_ratio = 0.9: the law is for resonance"),
+        ({"frequency_ratio": 0.9}, "frequency_ratio = 0.9: the closed form is for resonance"),
         ({"restitution": 1.0}, "no clearance is best"),
         ({"forcing": "base"}, "forcing"),
     ],

@@ -114,7 +114,7 @@ def test_power_is_that_of_the_linear_primary_in_the_band() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"forcing": "harmonic"}, "laws are those of a damper.Noise"),
+        ({"forcing": "harmonic"}, "closed forms are for a damper.Noise"),
         ({"forcing": damper.Noise(0, 0.1, 160.0, (2.0, 6.0))}, "in whose band"),
         ({"gravity": 0.1}, "gravity = 0.1: the closed form holds for"),
         ({"damping_ratio": 0.0}, "nothing takes the power"),

@@ -1,4 +1,4 @@
-"""Means under noise with their confidence limits, over all draws, beside their laws."""
+"""Means under noise with their confidence limits, over all draws, beside their closed forms."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from damper.theory.noise import laws, missing_part
 
 
 def means_under_noise(cube: xr.Dataset) -> pd.DataFrame:
-    """Means of a cube under noise, with limits, and the law of white noise.
+    """Means of a cube under noise, with limits, and the closed form of white noise.
 
     Parameters
     ----------
@@ -29,14 +29,16 @@ def means_under_noise(cube: xr.Dataset) -> pd.DataFrame:
     -------
     pandas.DataFrame
         One row for each place along the axes and each mean: ``mean``, its name, ``value``,
-        ``lower`` and ``upper`` in the cube's units, ``white``, its law under white noise, and
-        ``in_band``, the same less the part of the power that is missing above the band; NaN where
-        there is no law. ``holds``: whether the limits reach what lies between these two.
+        ``lower`` and ``upper`` in the cube's units, ``white``, its closed form under white
+        noise, and ``in_band``, the same less the part of the power that is missing above the
+        band; NaN where there is no closed form. ``holds``: whether the limits
+        reach what lies between these two.
 
     Raises
     ------
     ValueError
-        When the cube lacks a variable, a run stopped early, or the laws are of another damper.
+        When the cube lacks a variable, a run stopped early, or the closed forms are of
+        another damper.
     """
     require_variables(cube, "statistics", *MEANS)
     if "draw" not in cube.dims:

@@ -1,4 +1,4 @@
-"""Damping of a free vibration: equivalent damping ratio over amplitude, beside the law."""
+"""Damping of a free vibration: equivalent damping ratio over amplitude, beside the closed form."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _POINTS: tuple[dict[str, Any], ...] = (
 _LAW: dict[str, Any] = {"color": BLACK, "lw": 0.9}
 _UNSTABLE = _LAW | {"ls": (0, (3.0, 1.5))}
 _LARGEST: dict[str, Any] = {"color": BLACK, "ls": "", "marker": "D", "mfc": "white", "ms": 4.0}
-#: Height of a panel over the largest damping of the law in it.
+#: Height of a panel over the largest damping of the closed form in it.
 _HEADROOM = 1.3
 #: Part of that height that is shown below 0, where the free mass gives energy back.
 _BELOW = 0.08
@@ -89,15 +89,15 @@ def draw(results: Mapping[str, Any], settings: DampingFigure) -> Figure:
         for style, (text, _) in zip(dots, panels.parts(place, settings.lines), strict=False)
     ]
     handles += [
-        panels.legend_line("law of free decay, from the fold on", **_LAW),
+        panels.legend_line("closed form of free decay, from the fold on", **_LAW),
         panels.legend_line("the same, no longer stable", **_UNSTABLE),
-        panels.legend_line(r"largest by the law: $2d = \pi A\,(1+r)/(1-r)$", **_LARGEST),
+        panels.legend_line(r"largest by the closed form: $2d = \pi A\,(1+r)/(1-r)$", **_LARGEST),
     ]
     return panels.finish(figure, place, settings.caption, handles, [*_left_out(place), *outside])
 
 
 def _panel(ax: Axes, panel: xr.Dataset, lines: str | None) -> None:
-    """Draw one panel: points of each line, and the law of each restitution among them."""
+    """Draw one panel: points of each line, and the closed form of each restitution among them."""
     laws: dict[float, Parameters] = {}
     any_points = False
     shown = panels.parts(panel, lines)
@@ -119,7 +119,7 @@ def _panel(ax: Axes, panel: xr.Dataset, lines: str | None) -> None:
 
 
 def _law(ax: Axes, damper: Parameters, most: float) -> None:
-    """Draw the law of one damper, from the fold to an amplitude over the clearance."""
+    """Draw the closed form of one damper, from the fold to an amplitude over the clearance."""
     low, high = (bound / damper.clearance for bound in amplitude_range(damper))
 
     def added(ratio: Any) -> Any:
@@ -137,7 +137,7 @@ def _law(ax: Axes, damper: Parameters, most: float) -> None:
 
 
 def _scale(axes: list[Axes]) -> list[str]:
-    """Let panels show all of the law; say how many points lie above or below."""
+    """Let panels show all of the closed form; say how many points lie above or below."""
     lines = [line for ax in axes for line in ax.lines]
     laws = [line.get_ydata() for line in lines if line.get_color() == BLACK]
     top = _HEADROOM * max(np.nanmax(ys, initial=0.0) for ys in laws) or 1.0

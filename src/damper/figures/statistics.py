@@ -81,7 +81,9 @@ def draw(results: Mapping[str, Any], settings: StatisticsFigure) -> Figure:
         legend_line(style["label"], **_POINTS | {k: v for k, v in style.items() if k != "label"})
         for style in (*_ENERGIES.values(), *_POWERS.values())
     ]
-    handles.append(legend_line("law of white noise, on the left at a restitution of 1", **_LAW))
+    handles.append(
+        legend_line("closed form of white noise, on the left at a restitution of 1", **_LAW)
+    )
     remarks = [f"means over {place.sizes['draw']} draws"] if "draw" in place.dims else []
     return finish(
         figure, place.drop_dims("draw", errors="ignore"), settings.caption, handles, remarks

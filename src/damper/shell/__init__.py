@@ -160,7 +160,7 @@ class _DesignCommand(click.Command):
 
 @main.command("design", cls=_DesignCommand)
 @click.argument("machine", required=False, type=click.Path())
-@click.option("--quick", is_flag=True, help="By the closed laws alone, without runs.")
+@click.option("--quick", is_flag=True, help="By the closed forms alone, without runs.")
 @click.option(
     "--output", type=click.Path(), metavar="DIRECTORY", help="Write page and studies here."
 )

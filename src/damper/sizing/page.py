@@ -144,7 +144,7 @@ def _body(design: Design) -> Iterator[str | pd.DataFrame]:
         yield frame
     yield "## What was assumed"
     yield "\n".join(f"- {text}" for text in design.assumed)
-    files = ", ".join(f"studies/{name}.yaml" for name in design.studies) or "the closed laws"
+    files = ", ".join(f"studies/{name}.yaml" for name in design.studies) or "the closed forms"
     yield (
         f"Every number is made by {files}; limits of the gap by following the periodic motion, and "
         "changes along it where it is said. The machine is in machine.yaml, numbers.csv has all "

@@ -1,4 +1,4 @@
-"""Means under noise with their confidence limits, and the laws of white noise."""
+"""Means under noise with their confidence limits, and the closed forms of white noise."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from damper.tables import Table, number, place_cells, with_units
 
 
 class StatisticsTable(OfNoise):
-    """Means under noise with their confidence limits, beside the laws of white noise."""
+    """Means under noise with their confidence limits, beside the closed forms of white noise."""
 
 
 def make(results: Mapping[str, Any], settings: StatisticsTable) -> Table:
-    """Show the means that have a law."""
+    """Show the means that have a closed form."""
     cube = results["cube"]
     data = means_under_noise(cube)
     axes = {name for where in places(cube.mean_input, "draw") for name in where}
@@ -36,8 +36,10 @@ def make(results: Mapping[str, Any], settings: StatisticsTable) -> Table:
     draws = cube.sizes.get("draw", 1)
     text = (
         f"Means over {draws} draw{'s' * (draws > 1)}, and their confidence limits. White noise: "
-        "the law for white noise as dense as the noise is at the primary's frequency. In band: "
-        "less the part of the power that is missing above the band, to first order. It holds "
+        "the closed form for white noise as dense as the noise is at the primary's frequency. In "
+        "band: less the part of the power that is missing above the band, to first order. It holds "
         "where the limits reach what lies between both. The CSV has the other means, too."
     )
-    return Table.of(cube, "means and the laws of white noise", data, [text, pd.DataFrame(rows)])
+    return Table.of(
+        cube, "means and the closed forms of white noise", data, [text, pd.DataFrame(rows)]
+    )

@@ -110,7 +110,9 @@ def least_at_resonance(parameters: Parameters) -> Resonance:
     p = parameters
     require_basic(p, "force_amplitude")
     if p.frequency_ratio != 1.0:
-        raise ValueError(f"frequency_ratio = {p.frequency_ratio!r}: the law is for resonance, 1")
+        raise ValueError(
+            f"frequency_ratio = {p.frequency_ratio!r}: the closed form is for resonance, 1"
+        )
     rho = slope(p.restitution)
     if rho == 0.0:
         raise ValueError("restitution = 1.0: impacts lose nothing, so no clearance is best")
@@ -200,16 +202,16 @@ def _strength(p: Parameters) -> float:
 
 
 def _require_free(parameters: Parameters) -> None:
-    """Raise ValueError unless the law holds for these parameters."""
+    """Raise ValueError unless the closed form holds for these parameters."""
     p = parameters
     require_basic(p, "force_amplitude", "forcing")
     if p.force_amplitude != 0.0 and p.forcing.kind != "none":
         raise ValueError(
-            f"force_amplitude = {p.force_amplitude!r}: the law is that of free motion; must be 0"
+            f"force_amplitude = {p.force_amplitude!r}: the closed form is of free motion; must be 0"
         )
     if p.clearance == 0.0:
-        raise ValueError("clearance = 0.0: the law is over the clearance; must be > 0")
+        raise ValueError("clearance = 0.0: the closed form is over the clearance; must be > 0")
     if p.damping_ratio >= 1.0:
         raise ValueError(
-            f"damping_ratio = {p.damping_ratio!r}: the law is that of a vibration; must be < 1"
+            f"damping_ratio = {p.damping_ratio!r}: the closed form is for a vibration; must be < 1"
         )

@@ -48,8 +48,8 @@ def intensity(parameters: Parameters) -> float:
     noise = parameters.forcing
     if not isinstance(noise, Noise) or noise.of != "force" or not noise.band[0] < 1 < noise.band[1]:
         raise ValueError(
-            f"forcing = {noise!r}: the laws are those of a damper.Noise of='force' in whose band "
-            "the primary's frequency 1 lies"
+            f"forcing = {noise!r}: the closed forms are for a damper.Noise of='force' in "
+            "whose band the primary's frequency 1 lies"
         )
     # Linear interpolation between samples lowers amplitudes by `between` squared.
     between = math.sin(0.5 * noise.step) / (0.5 * noise.step)

@@ -84,7 +84,7 @@ def _mark_least(ax: Axes, panel: xr.Dataset, grid: np.ndarray) -> list[Artist]:
     ax.plot(least.clearance, least.amplitude, **_LEAST)
     # The mark has a size of its own.
     reach(ax, np.array([0.9 * least.amplitude]))
-    return [legend_line("least amplitude by the law of a light free mass", **_LEAST)]
+    return [legend_line("least amplitude by the closed form of a light free mass", **_LEAST)]
 
 
 def _side(orbit: Orbit, section: Mapping[str, Mapping[str, Any]]) -> float:
