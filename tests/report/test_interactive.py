@@ -138,6 +138,13 @@ def test_si_points_are_in_millimetres_and_draws_are_listed() -> None:
     assert (gap["values"], gap["own"], gap["units"]) == ([0.2, 0.4], [2e-4, 4e-4], "mm")
     shown = {one["name"]: one for one in data["parameters"]}
     assert (shown["gap"]["units"], shown["gap"]["scale"]) == ("mm", 1e3)
+    assert shown["forcing_frequency"]["label"] == "angular forcing frequency"
+    about = cube.forcing_frequency.attrs | {"units": "Hz"}
+    frequencies = cube.forcing_frequency.values / (2.0 * np.pi)
+    hertz = cube.assign_coords(forcing_frequency=("forcing_frequency", frequencies, about))
+    listed = interactive(hertz, study.interactive["amplitude"], plan)["parameters"]
+    (one,) = (one for one in listed if one["name"] == "forcing_frequency")
+    assert (one["label"], one["units"]) == ("forcing frequency", "Hz")
     assert shown["stiffness"]["value"] == study.fixed["stiffness"]
 
 

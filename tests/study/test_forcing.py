@@ -15,6 +15,7 @@ from jsonschema import Draft202012Validator
 from studies import ENGINE
 
 import damper
+import damper.notebook
 from damper.analysis.closed_forms import damper_at
 from damper.analysis.orbits import follow_orbits
 from damper.engine.compiled import plain
@@ -353,6 +354,13 @@ def test_frequencies_in_hertz(tmp_path: Path) -> None:
     study = load(tmp_path, "harmonic", text=text.replace("axes: {", axis))
     assert study.axis_values["forcing_frequency"] == tuple(2.0 * np.pi * f for f in (3, 3.5, 4))
     assert study.values["forcing_frequency"] == "3, 3.5, 4 Hz"
+    places = "{gap: 0.02, forcing_frequency: 3.5}"
+    history = f"figures: {{one: {{kind: trajectory, at: {places}, caption: C}}}}\n"
+    drawn = text.replace("axes: {", history + axis).replace(
+        "observers: {", "observers: {trajectory: , "
+    )
+    (figure,) = load(tmp_path, "harmonic", text=drawn).about()["figures"]
+    assert figure[2] == "C; gap 0.02 m; forcing frequency 3.5 Hz"
     cube = run(study)
     assert cube.forcing_frequency.values.tolist() == [3.0, 3.5, 4.0]
     assert cube.forcing_frequency.attrs["units"] == "Hz"

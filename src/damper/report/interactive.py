@@ -16,7 +16,7 @@ import numpy as np
 from damper.analysis.places import geometric, in_millimetres, own_values
 from damper.figures.bifurcation import LOGARITHMIC, with_relative
 from damper.figures.common.layout import numbers, select
-from damper.figures.common.style import LONG_NAMES, RATIOS
+from damper.figures.common.style import RATIOS, long_name
 from damper.figures.map import ABOUT_ONE, best_places, classified
 from damper.observers.bursts import Bursts
 from damper.parameters.dampers import BASIC, SI_NAME
@@ -110,8 +110,8 @@ def _runs(cube: Any, at: Mapping[str, Any], study: Mapping[str, Any]) -> dict[st
         "parameters": [
             {
                 "name": name,
-                "label": LONG_NAMES[name],
-                **_shown_in(units.get(name, shown_unit(quantity.units, si))),
+                "label": long_name(name, unit),
+                **_shown_in(unit),
                 "value": _finite(fixed.get(name, axes.get(name, [quantity.default])[0])),
                 # None of what must be given; of others, infinite by null.
                 **({} if quantity.default is None else {"default": _finite(quantity.default)}),
@@ -123,6 +123,7 @@ def _runs(cube: Any, at: Mapping[str, Any], study: Mapping[str, Any]) -> dict[st
             for name in names
             if name not in hidden
             for quantity in [own.get(name, ALL[name])]
+            for unit in [units.get(name, shown_unit(quantity.units, si))]
         ],
         "draws": plan.labels,
         "draw": at.get("draw", 0),

@@ -362,13 +362,17 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         return "/".join(coordinate_name(n, coords[n]) for n in self.fan_axes) or "all"
 
     @property
+    def units(self) -> dict[str, str]:
+        si = is_si(self.ends)
+        amplitude = FREE if self.fixed.get("force_amplitude") == 0.0 else self.force.amplitude
+        units = {name: shown_unit(ALL[name].units, si, amplitude) for name in self.ends}
+        return units | dict.fromkeys(self.in_hertz, HERTZ)
+
+    @property
     def values(self) -> dict[str, str]:
         """Settings of the study for a page: name -> value."""
         given = {name: (value,) for name, value in self.fixed.items()} | self.axis_values
-        si = is_si({**given, **self.drawn})
-        amplitude = FREE if self.fixed.get("force_amplitude") == 0.0 else self.force.amplitude
-        units = {name: shown_unit(ALL[name].units, si, amplitude) for name in self.ends}
-        units |= dict.fromkeys(self.in_hertz, HERTZ)
+        si, units = is_si(self.ends), self.units
         given |= {name: values for name, values in self.in_hertz.items() if values}
         values = {name: _values_text(numbers, units[name]) for name, numbers in given.items()}
         if self.masses:

@@ -68,6 +68,11 @@ class StudyFile(StrictModel):
         raise NotImplementedError
 
     @property
+    def units(self) -> Mapping[str, str]:
+        """Units in which a page shows the study's quantities: name -> unit."""
+        return {}
+
+    @property
     def origins(self) -> Mapping[str, str]:
         """Origins of the settings for a page: name -> remark."""
         return {}
@@ -147,8 +152,11 @@ class StudyFile(StrictModel):
         # A schematic shows the model, not what the study's title says.
         drawing = settings.get("drawing", "").replace("_", " ")
         drawing = drawing and f"Model: {drawing}"
+        units = self.units
         where = (
-            f"{axis.replace('_', ' ')} {value:g}" if isinstance(value, float) else f"{axis} {value}"
+            f"{axis.replace('_', ' ')} {value:g} {units.get(axis, '')}".rstrip()
+            if isinstance(value, float)
+            else f"{axis} {value}"
             for axis, value in settings.get("at", {}).items()
         )
         return "; ".join([settings.get("caption") or drawing or self.title, *where])

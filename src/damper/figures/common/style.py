@@ -218,8 +218,12 @@ def label(meaning: str, symbol: str, units: str) -> str:
 
 def axis_label(name: str, units: str | None = None) -> str:
     """Label of a quantity's axis; `units` where they are not those of `ALL`."""
-    words = LONG_NAMES[name].removeprefix("angular ") if units == HERTZ else LONG_NAMES[name]
-    return label(words, _symbol(name, units), units or ALL[name].units)
+    return label(long_name(name, units), _symbol(name, units), units or ALL[name].units)
+
+
+def long_name(name: str, units: str | None = None) -> str:
+    """Words for a quantity; for an angular frequency in Hz, those for it over 2 pi."""
+    return LONG_NAMES[name].removeprefix("angular ") if units == HERTZ else LONG_NAMES[name]
 
 
 def _symbol(name: str, units: str | None) -> str:
