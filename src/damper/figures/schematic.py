@@ -88,7 +88,7 @@ def _clearances(ax: Axes) -> None:
 
 
 def _collision_system(ax: Axes) -> None:
-    """Draw paper B's Fig. 1: the same model in the paper's symbols, which have none for the gap."""
+    """Draw paper B's Fig. 1: the rigid damper in the paper's symbols; the gap has no symbol."""
     box(ax, "$M_1$", "$M_2$", "$K$", "$C$", "$F$", "$X$", "$Y$")
 
 

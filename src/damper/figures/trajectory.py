@@ -65,7 +65,7 @@ class TrajectoryFigure(FigureSettings):
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         super().check_against(study, mistakes)
         length = study.stretch
-        if length is None:  # what is wrong with it is said where it stands
+        if length is None:  # the observer's own check reports it
             return
         if self.start >= length:
             message = f"starts {self.start:g} periods into a sampled stretch of {length:g}"

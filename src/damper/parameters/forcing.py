@@ -426,7 +426,7 @@ class Record(_Sampled):
     ) -> "Record":
         """Read a record from a CSV file, with one sample a line.
 
-        The same file is read once in a process; `layout` says what was found in it.
+        A process reads a file once; `layout` describes its columns and separators.
 
         Parameters
         ----------

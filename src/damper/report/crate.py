@@ -1,6 +1,6 @@
 """Results as an RO-Crate: the contents of each file, its study and its origin.
 
-The same results give the same bytes, so the crate holds no time; its publisher adds
+Equal results give equal bytes, so the crate holds no time; its publisher adds
 `datePublished`.
 """
 

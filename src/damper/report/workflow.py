@@ -95,7 +95,7 @@ class JobSettings(dict[str, Callable[[], Any]]):
 def redate(folder: str, now: float) -> str:
     """Date files of the future to `now`; return a message, or nothing where there are none.
 
-    Such files come from a wrong clock or another machine. Results made of them now would be older
+    A wrong clock or another machine dates files so. Results made of them now would be older
     than they are, and out of date for ever.
     """
     late = []

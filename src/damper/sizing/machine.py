@@ -23,7 +23,7 @@ FORCES = {"force_amplitude": "harmonic", "base_amplitude": "base", "unbalance": 
 #: Keys of CSV files with what drives it over time -> what the samples are.
 RECORDS: dict[str, Any] = {"force_record": "force", "acceleration_record": "base_acceleration"}
 _DRIVES = (*FORCES, *RECORDS, "initial_displacement")
-#: What may count -> the variable of a cube that is to be small, its unit, and how a card calls it.
+#: Value of `counts` -> the variable of a cube to make small, its unit, its name on a card.
 COUNTS = {
     "peak_displacement": ("peak_displacement", "m", "largest displacement"),
     "rms_displacement": ("rms_displacement", "m", "rms displacement"),
@@ -238,13 +238,13 @@ class Machine(Settings):  # type: ignore[misc]
 
     @cached_property
     def record(self) -> Record:
-        """What drives it, in s and N or m/s2; OSError or ValueError where there is none."""
+        """The record in s and N or m/s2; OSError or ValueError where its file cannot be read."""
         key = "force_record" if self.force_record is not None else "acceleration_record"
         return Record.read(getattr(self, key), of=RECORDS[key])
 
     @property
     def forcing(self) -> Any:
-        """What drives it, as a study has it."""
+        """The force, as the setting `forcing` of a study."""
         if not self.is_recorded:
             return self.force[0]
         of, time, value = self.record.of, self.record.time.tolist(), self.record.value.tolist()
@@ -312,13 +312,13 @@ class Machine(Settings):  # type: ignore[misc]
 
     @property
     def size(self) -> float:
-        """What counts, in SI units, over that of a run in its own."""
+        """Dimensionless unit of the variable that counts, in SI units."""
         if self.is_free:
             return 1.0 / self.rate
         return self.length * (self.rate**2 if self.counts == "peak_acceleration" else 1.0)
 
     def counted(self, amplitude: float, frequency: float) -> float:
-        """What counts of a harmonic motion with an amplitude in m, at a frequency in Hz."""
+        """Variable that counts, of a harmonic motion of an amplitude in m and a frequency in Hz."""
         by = {"rms_displacement": math.sqrt(0.5), "peak_acceleration": (math.tau * frequency) ** 2}
         return amplitude * by.get(self.counts, 1.0)
 

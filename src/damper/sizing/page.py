@@ -1,4 +1,4 @@
-"""The page of a design: one HTML file, the same as Markdown, figures, CSV, and the studies."""
+"""The page of a design as HTML and Markdown, its figures, CSV and studies."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ def _body(design: Design) -> Iterator[str | pd.DataFrame]:
 
 
 def _page(table: Table, folder: Path) -> str:
-    """The same as one HTML file with its figures in it."""
+    """Return the page as HTML that contains its figures."""
     parts = []
     for part in table.body:
         if not isinstance(part, str):
@@ -175,7 +175,7 @@ def _page(table: Table, folder: Path) -> str:
     return f"{head}{_STYLE}</head>\n<body><main>\n{body}\n</main></body></html>\n"
 
 
-#: What begins a part of the body -> its element.
+#: First characters of a part of the body -> its element.
 _TAGS = (("## ", "h2"), ("> **", "blockquote"), ("- ", "li"), ("", "p"))
 
 

@@ -76,7 +76,7 @@ def _geometric(first: Decimal, last: Decimal, num: int | None) -> list[Decimal]:
         raise ValueError("spacing log goes with num, not with step")
     if first <= 0:
         raise ValueError(f"spacing log needs start > 0 (value: {short(first)})")
-    # A root and many products, in 50 digits: the same on every machine, unlike libm's pow.
+    # A root and many products, in 50 digits: libm's pow depends on the machine.
     factor = (last / first) ** (Decimal(1) / (num - 1))
     values, value = [first], first
     rounded = Context(prec=12)

@@ -50,8 +50,8 @@ def _behind(path: Path) -> frozenset[Path]:
 
 
 #: ``from a.b import c, d``, with or without parentheses, and ``import a.b, c``. Parsing each file
-#: took a third of the time in which the Snakefile loads. What only looks like an import, such as in
-#: a docstring, makes one file too many: an error on the safe side.
+#: took a third of the time in which the Snakefile loads. A line of a docstring that reads
+#: like an import adds a file, an error on the safe side.
 _FROM = re.compile(rb"^[ \t]*from[ ]+(damper[\w.]*)[ ]+import[ ]*(\([^)]*\)|[^\n]*)", re.MULTILINE)
 _IMPORT = re.compile(rb"^[ \t]*import[ ]+([^\n]*)", re.MULTILINE)
 _NAME = re.compile(rb"(?<!as )\b[A-Za-z_][\w.]*")

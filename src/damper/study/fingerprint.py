@@ -47,7 +47,7 @@ def stamp(paths: Iterable[Path | str], settings: Any) -> None:
 
 
 def fingerprint_in(path: Path | str) -> str | None:
-    """Return the fingerprint of a file; None without a fingerprint, or if the bytes have changed.
+    """Return the fingerprint of a file, or None where it is missing or the bytes have changed.
 
     All of it is read. `Checked` remembers of which files that has been done.
     """

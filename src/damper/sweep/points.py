@@ -25,7 +25,7 @@ class Point(NamedTuple):
     primary: str
 
     def start(self) -> State | None:
-        """Return the initial state; None stands for rest with the free mass at the centre.
+        """Return the initial state, or None for rest with the free mass at the centre.
 
         The free mass is placed between the walls and moves relative to the primary, so every
         combination of initial quantities lies in the box.

@@ -12,8 +12,8 @@ relative velocity vanishes.
 
 All contacts of several free masses at an instant are solved at once, by trying every set of pushing
 masses. An extrapolated end holds if no other mass has an event before it. Masses that chatter on
-the same wall kick each other off it, and their speeds follow no power series: a mass rests once the
-rest of its sequence is below the wanted digits.
+the same wall kick each other off, so their speeds have no power series: a mass rests once the rest
+of its sequence is below the wanted digits.
 """
 
 import math
@@ -772,7 +772,7 @@ class _Motion:
         end = self._end()
         if span == end - self.t:
             self.t = end
-            self.rows.clear()  # what follows is no part of the same power series
+            self.rows.clear()  # a new power series begins here
         else:
             self.t += span
         self.x, self.v = horner(x, span)
