@@ -170,7 +170,7 @@ def test_a_mass_has_to_be_chosen(name: str) -> None:
 
 @plain
 def test_bodies_are_the_same_for_all_observers() -> None:
-    with pytest.raises(ValueError, match=r"^observers 'bursts' and 'impacts' have other bodies"):
+    with pytest.raises(ValueError, match=r"^observers 'bursts' and 'impacts' observe other masses"):
         observed({"bursts": {"bodies": [0]}, "impacts": {"bodies": [1]}})
 
 

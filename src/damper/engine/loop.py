@@ -50,7 +50,7 @@ def run(
         The present segment; updated in place. A segment that the end cuts stays the present
         segment.
     until_periods, until_time : float
-        Where to stop, whole periods plus local time; an event at exactly that time still counts.
+        Where to stop, whole cycles plus local time; an event at exactly that time still counts.
     max_events : int
         Events after which to stop. Evaluations in long searches and brief segments count too, a
         hundred for an event, and one whole search more.

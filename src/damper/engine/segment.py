@@ -186,7 +186,7 @@ def segment_after(
 
 @compiled
 def clock_after(period: float, periods: float, time: float, duration: float) -> tuple[float, float]:
-    """Whole periods and local time after a duration."""
+    """Whole cycles and local time after a duration."""
     turns, rest = 0.0, duration
     if duration >= period:
         rest = duration % period

@@ -120,7 +120,7 @@ class Trajectory:
     def state_at(self, periods: float, time: float = 0.0) -> State:
         """State at a moment inside the present segment, such as the one it was run to.
 
-        The time of the state is the local one, in [0, period): whole periods are left out.
+        The time of the state is the local one, in [0, cycle): whole cycles are left out.
         """
         row = self._state
         elapsed = (periods - row[PERIODS]) * self.cycle + (time - row[TIME])

@@ -68,10 +68,10 @@ class TrajectoryFigure(FigureSettings):
         if length is None:  # the observer's own check reports it
             return
         if self.start >= length:
-            message = f"starts {self.start:g} periods into a sampled stretch of {length:g}"
+            message = f"starts {self.start:g} cycles into a sampled stretch of {length:g}"
             mistakes.add(("start",), message, f"number >= 0 and < {length:g}")
         elif self.stop is not None and self.stop > length:
-            message = f"stops {self.stop:g} periods into a sampled stretch of {length:g}"
+            message = f"stops {self.stop:g} cycles into a sampled stretch of {length:g}"
             mistakes.add(("stop",), message, f"number <= {length:g}")
 
     def check_together(self, mistakes: Mistakes) -> None:

@@ -127,7 +127,7 @@ def make_observers(requested: Iterable[str] | Mapping[str, Mapping[str, Any] | N
         for other in made:
             if observer.bodies and other.bodies and observer.bodies != other.bodies:
                 raise ValueError(
-                    f"observers {other.name!r} and {name!r} have other bodies, "
+                    f"observers {other.name!r} and {name!r} observe other masses, "
                     f"{list(other.bodies)} and {list(observer.bodies)}: give both the same"
                 )
         made.append(observer)

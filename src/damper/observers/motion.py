@@ -24,7 +24,7 @@ class ObservedMotion(Observer):
     """After how many cycles the motion repeats, and what happens in that time.
 
     The window's end is compared with itself in steps of half a cycle: in a motion of n periods the
-    last n periods repeat the n periods before them. Every other motion is quasi-periodic, chaotic
+    last n cycles repeat the n cycles before them. Every other motion is quasi-periodic, chaotic
     or not yet settled; `lyapunov` distinguishes these.
     """
 

@@ -22,7 +22,7 @@ class StroboscopicSection(Section):
     where = "once per cycle"
 
     def size(self, dim: str, window_length: int) -> int:
-        """A sample for each recorded period, or for each of the last periods."""
+        """A sample for each cycle of the window, or for each of its last cycles."""
         return min(self.last or window_length, window_length)
 
     def observe(self, log: np.ndarray) -> None:

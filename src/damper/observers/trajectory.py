@@ -287,7 +287,7 @@ def _write_drive(forcing, stretch, period, times, drive):
 
 @compiled
 def _instant(stretch, sample, period):
-    """Whole periods and local time of a sample, formed as the stroboscopic section forms them."""
+    """Whole cycles and local time of a sample, formed as the stroboscopic section forms them."""
     step = stretch.first + sample
     whole = math.floor(step / stretch.rate)
     part = (step - whole * stretch.rate) / stretch.rate + stretch.rest

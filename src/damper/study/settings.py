@@ -368,7 +368,7 @@ class FollowedOrbit(StrictModel):
         ),
     ]
     period: Annotated[
-        int, Unit("forcing periods"), Field(ge=1, le=64, description="After which it repeats.")
+        int, Unit("cycles"), Field(ge=1, le=64, description="After which it repeats.")
     ] = 1
     expect: Annotated[
         Line | None,

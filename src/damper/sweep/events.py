@@ -94,7 +94,7 @@ def events(
     state : State, optional
         Where it starts; from rest with y = 0 at time 0 when not given.
     until : float
-        Time (not a number of periods) at which to end, in units of sqrt(M/K) (in s with
+        Time (not a number of cycles) at which to end, in units of sqrt(M/K) (in s with
         SIParameters).
 
     Other Parameters
@@ -115,7 +115,7 @@ def events(
         none); `approach_speed` just before an impact, else 0; `x` and `v`, the
         primary's displacement and velocity just after; `period` whole cycles P (of `cycle`) from
         time 0 and `time_in_period` with 0 <= `time_in_period` < P. These two stay sharp after
-        any number of periods, while `time` is the rounded sum period * P + time_in_period. A
+        any number of cycles, while `time` is the rounded sum period * P + time_in_period. A
         completed burst is its individually resolved impacts and then one stick row at the
         accumulation time. With several masses there is also `body`, the number of the one that it
         happens to, from 0 (-1 where none is): what happens to several at one instant is as many

@@ -202,7 +202,7 @@ def read_record(record: np.ndarray) -> SimpleNamespace:
 
 @compiled
 def since(segment: Segment, period: float, periods: float, time: float) -> float:
-    """Time from a moment (whole periods plus time) to a segment's start; negative if before."""
+    """Time from a moment (whole cycles plus time) to a segment's start; negative if before."""
     return (segment.periods - periods) * period + (segment.time - time)
 
 
