@@ -398,6 +398,13 @@ def test_frequencies_in_hertz(tmp_path: Path) -> None:
         assert message in blame(tmp_path, "none", "", STUDY.replace("restitution: 0.6", wrong))
 
 
+def test_a_frequency_that_is_no_number_may_be_in_rad_per_second_or_hertz(tmp_path: Path) -> None:
+    given = SI_POINT | {"force_amplitude": 1.0, "forcing_frequency": "3.5 Hz"}
+    text = SI_STUDY.replace("{}", ", ".join(f"{name}: {value}" for name, value in given.items()))
+    said = blame(tmp_path, "harmonic", "", text)
+    assert "allowed: number in rad/s, or in Hz with `unit: Hz`, forcing_frequency > 0" in said
+
+
 @pytest.mark.parametrize("given", MISTAKES["forces"], ids=str)
 def test_mistakes(tmp_path: Path, given: list[str]) -> None:
     said, *messages = given

@@ -20,7 +20,9 @@ Report = dict[str, Any]
 
 def _in_range(quantity: Quantity) -> str:
     own = quantity.name in SI_ONLY and quantity.units not in ("1", "rad")
-    return f"number{f' in {quantity.units}' if own else ''}, {quantity.allowed}"
+    units = f" in {quantity.units}" if own else ""
+    units += ", or in Hz with `unit: Hz`" if quantity.units == "rad/s" else ""
+    return f"number{units}, {quantity.allowed}"
 
 
 IN_RANGE = OfQuantities(ALL, _in_range)
