@@ -94,7 +94,7 @@ def test_accelerations_may_count() -> None:
     """Without the damper omega^2 A; the largest one between impacts of all runs in the band."""
     given = MACHINE | {"counts": "peak_acceleration", "gap_tolerance": 0.0}
     judge = WorstCase(machine_of(given))
-    heavy = Sizes(8.0, judge.law_gap(8.0, 0.3), 0.3)
+    heavy = Sizes(8.0, judge.closed_form_gap(8.0, 0.3), 0.3)
     studies = judge.sweep(heavy), judge.worst_case(heavy)
     made = [cube_of_study(study).peak_acceleration for study in studies]
     hertz = made[1].forcing_frequency
@@ -106,7 +106,7 @@ def test_accelerations_may_count() -> None:
 def test_what_one_per_cent_changes_is_the_slope_of_runs() -> None:
     """By the periodic motion and by differences."""
     judge = WorstCase(machine_of(MACHINE | {"gap_tolerance": 0.0}))
-    heavy = Sizes(8.0, 0.9 * judge.law_gap(8.0, 0.3), 0.3)
+    heavy = Sizes(8.0, 0.9 * judge.closed_form_gap(8.0, 0.3), 0.3)
     orbit = _orbit(judge, heavy, 20.0)
     studies: dict = {}
     exact, near = (_changes(judge, heavy, 20.0, one, studies)["changes"] for one in (orbit, None))

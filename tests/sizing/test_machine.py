@@ -53,7 +53,7 @@ FRAME = {
         ({"materials": {f"m{k}": 0.3 for k in range(21)}}, ["21 materials", "at most 20"]),
         (
             {"band": [40.0, 50.0]},
-            ["band = [40, 50] Hz", "closed laws hold at the natural frequency, 31.83 Hz"],
+            ["band = [40, 50] Hz", "closed forms hold at the natural frequency, 31.83 Hz"],
         ),
         ({"limit": 1e-4}, ["limit = 0.0001 m", "limit >= 0.181 mm", "mass of some 19.5 kg"]),
     ],
@@ -104,7 +104,7 @@ def test_what_does_not_go_with_a_record_is_told(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"acceleration_record: .*shock.csv"):
         damper.design(given)
     path.write_text("time (s),acceleration (m/s2)\n0,0\n0.01,5\n0.02,0\n")
-    with pytest.raises(ValueError, match=r"quick: the closed laws .* not under a record"):
+    with pytest.raises(ValueError, match=r"quick: the closed forms .* not under a record"):
         damper.design(given, quick=True)
     with pytest.raises(ValueError, match=r"acceleration_record has no band of frequencies"):
         damper.design(given, band=[20.0, 30.0])
@@ -201,7 +201,7 @@ def test_the_examples_in_the_documents_are_machines(tmp_path: Path) -> None:
     frame, materials = (part.split("```")[0] for part in text.split("```yaml\n")[1:])
     path = tmp_path / "frame.yaml"
     path.write_text(frame)
-    assert "by the closed law" in repr(damper.design(path, quick=True))
+    assert "by the closed form" in repr(damper.design(path, quick=True))
     lines = frame.splitlines(keepends=True)
     path.write_text("".join(line for line in lines if "restitution:" not in line) + materials)
     assert "rubber (stated: the maker's data sheet)" in repr(damper.design(path, quick=True))

@@ -1,4 +1,4 @@
-"""The optimiser against the closed laws in their limits and against whole grids."""
+"""The optimiser against the closed forms in their limits and against whole grids."""
 
 import math
 import random
@@ -27,7 +27,7 @@ def test_the_decay_law_is_found_in_its_limit(whole: bool) -> None:
     """
     given = {"damping_ratio": 1e-3, "initial_displacement": 1.0, "decay_to": 0.5}
     judge = WorstCase(machine_of({**LIGHT, **given, "restitution": 0.2}))
-    search, asked = Search(judge), Sizes(1.0, judge.law_gap(1.0, 0.2), 0.2)
+    search, asked = Search(judge), Sizes(1.0, judge.closed_form_gap(1.0, 0.2), 0.2)
     about = [Sizes(1.0, asked.gap * (1.0 + 0.04 * k), 0.2) for k in range(-2, 3)]
     found = search.best() if whole else search.best_of(about)
     assert found.mass == 1.0
@@ -48,7 +48,7 @@ def test_the_resonance_law_is_found_in_its_limit(restitution: float, whole: bool
     """
     given = {"damping_ratio": 5e-4, "force_amplitude": 1000.0, "band": [0.9997 * F, 1.0003 * F]}
     judge = WorstCase(machine_of({**LIGHT, **given, "restitution": restitution}))
-    search, gap = Search(judge), judge.law_gap(1.0, restitution)
+    search, gap = Search(judge), judge.closed_form_gap(1.0, restitution)
     about = [Sizes(1.0, gap * (1.0 + 0.01 * k), restitution) for k in range(-3, 4)]
     found = search.best() if whole else search.best_of(about)
     assert found.mass == 1.0
@@ -129,7 +129,7 @@ def test_no_damper_of_a_whole_grid_is_better(seed: int) -> None:
     search = Search(WorstCase(random_machine(seed)))
     found = search.best()
     most, r = search.judge.machine.largest_mass, found.restitution
-    gaps = search.judge.law_gap(found.mass, r) * np.linspace(0.2, 2, 8)
+    gaps = search.judge.closed_form_gap(found.mass, r) * np.linspace(0.2, 2, 8)
     others = [Sizes(most * part, float(gap), r) for part in (1.0, 0.8) for gap in gaps]
     assert search.bounds[found] <= 1.01 * min(map(Search(search.judge).worst, others))
     assert math.isclose(Search(search.judge).worst(found), search.bounds[found], rel_tol=1e-12)

@@ -33,7 +33,7 @@ _USUAL = 3
 _WIDTH = 46
 #: Cycles of the machine in one run.
 _MOST_CYCLES = 1e6
-#: Room for the gap over the gap of the closed law.
+#: Room for the gap over the gap of the closed form.
 _LEAST_GAP = 1e-3
 
 
@@ -51,7 +51,7 @@ class Design:
 
     machine: Machine
     quick: bool
-    """Whether it is by the closed laws alone."""
+    """Whether it is by the closed forms alone."""
     free_mass: float = _number("free mass", "kg", DIGITS)
     mass_ratio: float = _number("over the machine's mass")
     gap: float = _number("gap, the whole travel", "m", DIGITS)
@@ -63,7 +63,7 @@ class Design:
     as_built: float = _number("as built: the same without tolerances", "*")
     fresh_share: float = _number("fresh random runs above the worst case", "%")
     fresh_ratio: float = _number("the largest fresh run, over the worst case")
-    law: float = _number("by the closed law", "*")
+    law: float = _number("by the closed form", "*")
     band_ratio: float = _number("largest over that without damper, in the band")
     outside_ratio: float = _number("the same outside of the band")
     outside_frequency: float = _number("largest outside at", "Hz")
@@ -120,7 +120,7 @@ class Design:
     @property
     def tables(self) -> Iterator[tuple[str, str, pd.DataFrame]]:
         """Heading, explanation and cells of each table that there is."""
-        by = "by the closed laws" if self.quick else "in the worst case"
+        by = "by the closed forms" if self.quick else "in the worst case"
         coarse = "" if self.quick else "; all but the first are from a coarser grid of dampers"
         grid = "frequencies and starts" if self.machine.band else "starts"
         every = (
@@ -154,7 +154,7 @@ class Design:
         return next(enough, most)
 
     def __repr__(self) -> str:
-        method = "closed laws alone" if self.quick else "exact runs"
+        method = "closed forms alone" if self.quick else "exact runs"
         words = self.machine.measured[2]
         head = [f"{self.machine.title}: a damper against the {words} ({method})"]
         width = max(_WIDTH, *(len(text) + 1 for _, text, _ in self.lines))
@@ -191,7 +191,7 @@ def design(
         YAML file, or settings, of the machine; `damper.sizing.machine.Machine` lists them. Else
         they are given by name.
     quick : bool, default False
-        Use the closed laws alone, without runs.
+        Use the closed forms alone, without runs.
     **given
         Settings of the machine, in SI units and Hz; over those of `machine`.
 
@@ -216,7 +216,7 @@ def design(
     """
     judge = WorstCase(machine_from(machine, given))
     if quick:
-        return _checked(_by_law(judge))
+        return _checked(_by_closed_forms(judge))
     _check_runs(judge)
     search = Search(judge)
     with progress_bar(lambda: search.doing, "") as search.show:
@@ -251,13 +251,13 @@ def _check_runs(judge: WorstCase) -> None:
         raise ValueError(
             f"{what} takes {cycles:.2g} cycles of the machine: must be at most {_MOST_CYCLES:g}"
         )
-    least = _LEAST_GAP * min(judge.law_gap(m.largest_mass, r) for r in m.restitutions)
+    least = _LEAST_GAP * min(judge.closed_form_gap(m.largest_mass, r) for r in m.restitutions)
     least *= judge.distance
     if m.largest_gap < least:
         raise ValueError(
             f"largest_gap = {m.largest_gap:g}: in {text_of(m.largest_gap, 'm')} a free mass does "
             f"nothing here: must be at least {text_of(least, 'm')}, a thousandth of the gap that "
-            "the closed law asks for"
+            "the closed form asks for"
         )
 
 
@@ -272,19 +272,19 @@ def _without(judge: WorstCase, frequencies: list[float]) -> np.ndarray:
     return np.array([m.counted(m.undamped(f), f) for f in frequencies])
 
 
-def _by_law(judge: WorstCase) -> Design:
+def _by_closed_forms(judge: WorstCase) -> Design:
     m = judge.machine
     if m.is_recorded:
         raise ValueError(
-            "quick: the closed laws hold under one frequency and in free motion, not under a "
+            "quick: the closed forms hold under one frequency and in free motion, not under a "
             "record: leave out quick"
         )
-    every = [(judge.law_gap(m.largest_mass, r), r) for r in m.restitutions]
+    every = [(judge.closed_form_gap(m.largest_mass, r), r) for r in m.restitutions]
     dampers = [
         Sizes(m.largest_mass, min(rounded(gap, DIGITS), m.largest_gap), r) for gap, r in every
     ]
     laws = [judge.law(damper) for damper in dampers]
-    # Of a large motion that is possible as well the least, then that of the law.
+    # Of a large motion that is possible as well the least, then that of the closed form.
     values = [
         (law.get("largest", law["value"]), law["value"]) if law else (math.inf,) for law in laws
     ]
@@ -293,7 +293,7 @@ def _by_law(judge: WorstCase) -> Design:
     if not law:
         low, high = m.band or (0.0, 0.0)
         raise ValueError(
-            f"band = [{low:g}, {high:g}] Hz: the closed laws hold at the natural frequency, "
+            f"band = [{low:g}, {high:g}] Hz: the closed forms hold at the natural frequency, "
             f"{m.rate / math.tau:.4g} Hz: must be a band around it; or leave out quick"
         )
     of_each = [(one, found[0]) for one, found in zip(dampers, values, strict=True)]
@@ -337,12 +337,12 @@ def _by_size(judge: WorstCase, damper: Sizes) -> tuple[str, ...]:
     """Warnings that need no runs."""
     m, law, found = judge.machine, judge.law(damper), []
     if damper.gap >= 0.999 * m.largest_gap:
-        asked = text_of(judge.law_gap(damper.mass, damper.restitution), "m")
+        asked = text_of(judge.closed_form_gap(damper.mass, damper.restitution), "m")
         more = "" if m.is_recorded else f"; the law asks for {asked}"
         found.append(f"The gap is as large as there is room for{more}.")
     if law.get("largest", 0.0) > 1.05 * law.get("value", math.inf):
         found.append(
-            f"By the closed law {text_of(law['largest'], m.measured[1])} are possible as well: a "
+            f"By the closed form {text_of(law['largest'], m.measured[1])} are possible as well: a "
             "machine that comes from such a motion may stay in it."
         )
     return tuple(found)
@@ -353,7 +353,7 @@ def _assumptions(judge: WorstCase, quick: bool) -> Iterator[str]:
     yield "One rigid free mass without friction in a box along the motion, between equal walls."
     yield "One mode of the machine; impacts take no time and have one coefficient of restitution."
     if quick:
-        yield "The closed laws are those of a light mass: their error is of the order of its ratio."
+        yield "The closed forms are of a light mass: their error is of the order of its ratio."
         yield "Other frequencies, tolerances and starts are not looked at; without quick they are."
         return
     run = judge.run
@@ -663,7 +663,7 @@ def _checked(found: Design) -> Design:
     asked = f"limit = {most:g} {unit}" if most < math.inf else "no end of the decay"
     feasible = f"limit >= {text_of(value, unit)}" if value < math.inf else "a larger decay_to"
     needed = _mass_for(m, most)
-    more = f"; by the closed law a mass of some {text_of(needed, 'kg')}" if needed else ""
+    more = f"; by the closed form a mass of some {text_of(needed, 'kg')}" if needed else ""
     raise ValueError(
         f"{asked}: no damper of up to {text_of(m.largest_mass, 'kg')} and "
         f"{text_of(m.largest_gap, 'm')} holds it: {best}, has the {words} {text_of(value, unit)}; "
@@ -672,7 +672,7 @@ def _checked(found: Design) -> Design:
 
 
 def _mass_for(m: Machine, limit: float) -> float:
-    """Free mass in kg whose resonance law gives the limit; 0 where there is none."""
+    """Free mass in kg whose closed form at resonance gives the limit; 0 where there is none."""
     if m.band is None or not limit < math.inf:
         return 0.0
     lost = m.counted(m.static, m.rate / math.tau) / limit - 2.0 * m.damping_ratio

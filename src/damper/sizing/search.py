@@ -24,7 +24,7 @@ from damper.sizing.study import Case, Chain, Sizes, WorstCase, rounded
 from damper.sweep.progress import Progress
 from damper.sweep.runs import run_points
 
-#: Gaps of the first grid: parts of that of the closed laws.
+#: Gaps of the first grid: parts of that of the closed forms.
 _GAPS = (0.08, 5.0)
 #: Digits of masses and gaps: the best damper may stand next to where its motion ends.
 DIGITS = 4
@@ -94,7 +94,7 @@ class Search:
         step = math.log(self._grid.ratio) * (len(m.restitutions) if self._grid is _BAND else 1)
         for part, restitution in product(self._grid.masses, m.restitutions):
             mass = self._mass(part * m.largest_mass)
-            law = self.judge.law_gap(mass, restitution) * self.judge.distance
+            law = self.judge.closed_form_gap(mass, restitution) * self.judge.distance
             high = min(_GAPS[1] * law, m.largest_gap)
             low = min(max(_GAPS[0] * min(law, high), m.gap_tolerance), high)
             count = math.ceil(math.log(high / low) / step) + 1

@@ -31,7 +31,7 @@ _RANGE = (0.5, 1.5)
 _DIES, _TRANSIENT = 30.0, (100, 2000)
 #: Peaks of a free motion that are kept.
 _PEAKS = 4000
-#: Decays so many times as slow as the law's are not run to their end.
+#: Decays so many times as slow as the closed form's are not run to their end.
 _SLOWER = 4.0
 #: Part of the primary's speed with which the free mass begins: at exact rest it may stay there.
 _STIRRED = 0.1
@@ -43,7 +43,7 @@ _PLACES, _SIZES = [-1.0, -0.5, 0.0, 0.5, 1.0], [0.5, 1.0, 2.0]
 _AFTER = 2.0
 #: A gap over the displacement that no free mass crosses.
 _NO_WALLS = 1e9
-#: How far the gap of a decay may be above that of the law: numbers of four digits are rounded.
+#: How far the gap of a decay may be above the closed form's: numbers of four digits are rounded.
 _DIGIT = 1e-3
 #: Part of a quantity by which it is changed to see what that does.
 PART = 0.01
@@ -97,13 +97,13 @@ class WorstCase:
 
     @property
     def least(self) -> float:
-        """Least amplitude in m that the resonance law allows, of the largest mass."""
+        """Least amplitude in m that the closed form at resonance allows, of the largest mass."""
         m = self.machine
         heaviest = Sizes(m.largest_mass, 0.0, min(m.restitutions))
         return m.static * free_decay.least_at_resonance(self._dimensionless(heaviest)).amplitude
 
-    def law_gap(self, mass: float, restitution: float) -> float:
-        """The gap in m that the closed laws give a free mass, however large."""
+    def closed_form_gap(self, mass: float, restitution: float) -> float:
+        """The gap in m that the closed forms give a free mass, however large."""
         m = self.machine
         if m.is_free:  # the amplitude that is to be reached is where the motion ends
             return 2.0 * m.decay_to * m.initial_displacement / fold(restitution).xi
@@ -121,14 +121,14 @@ class WorstCase:
 
     @property
     def distance(self) -> float:
-        """Largest amplitude without the damper over the law's, where the band is off resonance."""
+        """Largest amplitude without the damper over the closed form's, in a band off resonance."""
         m = self.machine
         if m.band is None:
             return 1.0
         return min(max(map(m.undamped, self.band)) / self.least, 1.0)
 
     def law(self, damper: Sizes) -> dict[str, float]:
-        """What the closed laws say of a damper, of what counts; nothing where they hold not."""
+        """What the closed forms say of a damper, of what counts; nothing where they hold not."""
         m = self.machine
         if m.is_free:
             time = self._decay_time(damper)
@@ -146,13 +146,13 @@ class WorstCase:
         return {"value": size * least, "largest": size * largest}
 
     def _dimensionless(self, damper: Sizes, **options: float) -> Parameters:
-        """A damper of this machine at resonance, for the closed laws."""
+        """A damper of this machine at resonance, for the closed forms."""
         m = self.machine
         given = {"clearance": 1.0, "restitution": damper.restitution} | options
         return Parameters(damper.mass / m.mass, m.damping_ratio, 1.0, **given)
 
     def _decay_time(self, damper: Sizes) -> float:
-        """Time in s by the law of free decay; infinite where the motion ends before."""
+        """Time in s by the closed form of free decay; infinite where the motion ends before."""
         m, start = self.machine, self.machine.initial_displacement
         p = self._dimensionless(damper, clearance=0.5 * damper.gap, force_amplitude=0.0)
         low, _ = free_decay.amplitude_range(p)
@@ -184,7 +184,7 @@ class WorstCase:
         if m.is_free:
             alone = -math.log(m.decay_to) / m.damping_ratio if m.damping_ratio else math.inf
             most = m.largest_mass
-            slowest = (Sizes(most, self.law_gap(most, r), r) for r in m.restitutions)
+            slowest = (Sizes(most, self.closed_form_gap(most, r), r) for r in m.restitutions)
             law = m.rate * max(map(self._decay_time, slowest))
             cycles = min(1.1 * alone, _SLOWER * law) / (2.0 * math.pi)
             return {"transient": 0, "periods": math.ceil(cycles) + 5}
