@@ -3,10 +3,12 @@
     python benchmarks/design.py [usual|light] [machines] [runs] [first]
 
 The brute force shares no start and no formula with the search. It starts anywhere in the amplitude
-without damper, to both sides, with the free mass at either wall, at any frequency of the band, with
-any tolerances. The dampers of a grid get so many runs in all: some each, then the better half twice
-as many, and so on. Its best damper and the found one then get `FRESH` runs each, from the same
-fresh starts. Of these runs are given
+without damper, to both sides and with any speed that goes with it, with the free mass at either
+wall and as fast as this, at any frequency of the band, with any tolerances. A free mass at exact
+rest in space would stay there where no wall comes, for ever, and the machine moves as without
+damper: so the speed is drawn, too. The dampers of a grid get so many runs in all: some each, then
+the better half twice as many, and so on. Its best damper and the found one then get `FRESH` runs
+each, from the same fresh starts. Of these runs are given
 
 - how many of the found damper exceed the worst case on its card, and by how much;
 - the largest of the found damper over that of the grid's best: below 1 it is better.
@@ -72,6 +74,7 @@ def largest(
     starts = [
         {
             "initial_displacement": draw.uniform(-1.0, 1.0) * alone(m),
+            "initial_velocity": draw.uniform(-1.0, 1.0) * alone(m) * 40.0 * math.pi,
             "initial_position": draw.choice([-1.0, 1.0]),
             "forcing_frequency": math.tau * draw.uniform(*m.band),
         }

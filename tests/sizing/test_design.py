@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lsim
 from studies import cube_of
 
-from damper.sizing.answer import Design, _answer, _changes, _orbit
+from damper.sizing.answer import Design, _answer, _changes, _orbit, _warnings
 from damper.sizing.answer import cube_of as cube_of_study
 from damper.sizing.machine import machine_of, read_machine
 from damper.sizing.search import Search
@@ -59,7 +59,7 @@ def test_its_numbers_are_those_of_its_studies(found: Design, folder: Path) -> No
     peaks.append(float(cubes["worst_case"].peak_displacement.where(inside).max()))
     assert found.worst == max(peaks)
     fresh = cubes["check"].peak_displacement
-    assert fresh.sizes == {"draw": 400}
+    assert fresh.sizes == {"draw": 1000}
     assert found.fresh_share == 100.0 * float((fresh > found.worst).mean())
     assert found.fresh_ratio == float(fresh.max()) / found.worst
     assert found.worst >= Search(WorstCase(found.machine)).worst(damper_of(found)) * (1.0 - 1e-12)
@@ -88,6 +88,18 @@ def test_what_amplifies_outside_of_its_band_says_so_first(found: Design, folder:
     assert (folder / "design.md").read_text().splitlines()[2].startswith(f"> **{first}")
     page = (folder / "design.html").read_text()
     assert page.index(first) < page.index("<svg")
+
+
+def test_an_idle_free_mass_is_a_warning() -> None:
+    """Without damper 7.4 mm at 19 Hz: the walls of a gap of 15 mm reach no free mass at rest."""
+    judge = WorstCase(machine_of(MACHINE))
+    small = {"worst": 5e-3, "fresh_ratio": 1.0}
+    told = [_warnings(judge, Sizes(8.0, gap, 0.3), small) for gap in (0.01, 0.015)]
+    assert told[0] == ()
+    ratio = 0.95
+    alone = 1e-3 * abs((1.0 + 0.1j * ratio) / (1.0 + 0.1j * ratio - ratio**2))
+    assert judge.idle(Sizes(8.0, 0.015, 0.3)) == pytest.approx(alone, rel=1e-9)
+    assert "by up to 7.38 mm in the band" in told[1][0]
 
 
 def test_accelerations_may_count() -> None:

@@ -6,6 +6,8 @@ import random
 import numpy as np
 import pytest
 
+from damper.sizing import search as search_module
+from damper.sizing import study
 from damper.sizing.machine import machine_of
 from damper.sizing.search import Search, measure
 from damper.sizing.study import Sizes, WorstCase
@@ -13,22 +15,40 @@ from damper.sizing.study import Sizes, WorstCase
 #: The natural frequency of a machine of rate 1, in Hz.
 F = 0.5 / math.pi
 LIGHT = {"mass": 1000.0, "stiffness": 1000.0, "largest_mass": 1.0, "largest_gap": 1e6}
+FRAME = {
+    "mass": 100.0,
+    "natural_frequency": 31.8,
+    "damping_ratio": 0.005,
+    "force_amplitude": 200.0,
+    "band": [28.0, 36.0],
+    "largest_mass": 5.0,
+    "largest_gap": 0.02,
+    "restitution": 0.7,
+}
+
+
+@pytest.fixture
+def few_random(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Long runs near a closed law, where all starts lead to the same motion: a few are enough."""
+    monkeypatch.setattr(study, "_RANDOM", 40)
+    monkeypatch.setattr(study, "_NEARBY", 20)
 
 
 ALL_DAMPERS = [False, pytest.param(True, marks=pytest.mark.exhaustive)]
 
 
+@pytest.mark.usefixtures("few_random")
 @pytest.mark.parametrize("whole", ALL_DAMPERS)
 def test_the_decay_law_is_found_in_its_limit(whole: bool) -> None:
     """At a mass ratio of 1e-3: the time to 1 %, by a gap within 5 % of the law's fold.
 
-    From all dampers, or from gaps about the law's in steps of 4 %. The law knows no start: it is
+    From all dampers, or from gaps about the law's in steps of 8 %. The law knows no start: it is
     the median of all of them, and the worst one, which falls into step late, is a little longer.
     """
     given = {"damping_ratio": 1e-3, "initial_displacement": 1.0, "decay_to": 0.5}
     judge = WorstCase(machine_of({**LIGHT, **given, "restitution": 0.2}))
     search, asked = Search(judge), Sizes(1.0, judge.closed_form_gap(1.0, 0.2), 0.2)
-    about = [Sizes(1.0, asked.gap * (1.0 + 0.04 * k), 0.2) for k in range(-2, 3)]
+    about = [Sizes(1.0, asked.gap * (1.0 + 0.08 * k), 0.2) for k in (-1, 0, 1)]
     found = search.best() if whole else search.best_of(about)
     assert found.mass == 1.0
     law = judge.law(asked)["value"]
@@ -37,19 +57,20 @@ def test_the_decay_law_is_found_in_its_limit(whole: bool) -> None:
     assert math.isclose(found.gap, asked.gap, rel_tol=0.05)
 
 
+@pytest.mark.usefixtures("few_random")
 @pytest.mark.parametrize(
     ("restitution", "whole"),
     [(0.0, False), (0.2, False), pytest.param(0.0, True, marks=pytest.mark.exhaustive)],
 )
 def test_the_resonance_law_is_found_in_its_limit(restitution: float, whole: bool) -> None:
-    """At a mass ratio of 1e-3, from all dampers or from gaps about the law's in steps of 1 %.
+    """At a mass ratio of 1e-3, from all dampers or from gaps about the law's in steps of 2 %.
 
     In a wider band the free mass falls out of step at its ends, and the best gap is smaller.
     """
     given = {"damping_ratio": 5e-4, "force_amplitude": 1000.0, "band": [0.9997 * F, 1.0003 * F]}
     judge = WorstCase(machine_of({**LIGHT, **given, "restitution": restitution}))
     search, gap = Search(judge), judge.closed_form_gap(1.0, restitution)
-    about = [Sizes(1.0, gap * (1.0 + 0.01 * k), restitution) for k in range(-3, 4)]
+    about = [Sizes(1.0, gap * (1.0 + 0.02 * k), restitution) for k in (-1, 0, 1)]
     found = search.best() if whole else search.best_of(about)
     assert found.mass == 1.0
     assert math.isclose(found.gap, gap, rel_tol=0.0101)
@@ -63,18 +84,7 @@ def test_no_start_of_a_lightly_damped_machine_moves_further() -> None:
     The amplitude is F/(2 zeta K). From rest and from ten times the least amplitude of the closed
     law all runs stay below 2.2 mm.
     """
-    machine = machine_of(
-        {
-            "mass": 100.0,
-            "natural_frequency": 31.8,
-            "damping_ratio": 1e-3,
-            "force_amplitude": 200.0,
-            "band": [28.0, 36.0],
-            "largest_mass": 5.0,
-            "largest_gap": 0.02,
-            "restitution": 0.8,
-        }
-    )
+    machine = machine_of(FRAME | {"damping_ratio": 1e-3, "restitution": 0.8})
     judge, draw = WorstCase(machine), random.Random(3)
     asked = Sizes(5.0, 0.006, 0.8)
     alone = 200.0 / (100.0 * (math.tau * 31.8) ** 2) / (2.0 * 1e-3)
@@ -123,9 +133,44 @@ def test_no_place_of_the_free_mass_lets_a_motion_ring_longer() -> None:
     assert 0.95 * brute.max() < Search(judge).worst(asked) < math.inf
 
 
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.exhaustive)])
-def test_no_damper_of_a_whole_grid_is_better(seed: int) -> None:
+def test_a_damper_whose_fresh_starts_move_further_gives_way_to_a_better_one() -> None:
+    """Of two dampers the first round of runs takes the one whose largest motions are the rarer."""
+    search = Search(WorstCase(machine_of(FRAME)))
+    rare, steady = Sizes(5.0, 0.0036, 0.7), Sizes(5.0, 0.003717, 0.7)
+    assert search.best_of([rare, steady]) == rare
+    before = search.bounds[rare]
+    assert search.checked(rare) == steady
+    assert before < search.bounds[steady] < search.bounds[rare]
+    assert len(search.every_run(steady)) > len(Search(search.judge).every_run(steady))
+
+
+def test_no_random_start_leaves_the_free_mass_where_no_wall_comes() -> None:
+    """Slow starts would stay idle for longer than a run; from exact rest they stay so for ever."""
+    judge = WorstCase(machine_of(FRAME))
+    speed = "initial_relative_velocity"
+    least = judge.fixed[speed]
+    cases = [*judge.cases, *judge.fresh(judge.cases[0], 0)]
+    assert min(abs(case.start.get(speed, least)) for case in cases) >= least > 0.0
+    assert judge.check(Sizes(5.0, 0.004, 0.7))["draws"]["initial_velocity"][0] == least
+
+
+def test_no_damper_of_a_grid_is_better_with_all_of_its_runs() -> None:
     """Each damper of a grid with all of its runs, against one that is found by bounds."""
+    search = Search(WorstCase(random_machine(1)))
+    r, most = search.judge.machine.restitutions[0], search.judge.machine.largest_mass
+    gaps = search.judge.closed_form_gap(most, r) * np.linspace(0.4, 1.6, 4)
+    dampers = [Sizes(most, float(gap), r) for gap in gaps]
+    every = [Search(search.judge).worst(one) for one in dampers]
+    found = search.best_of(dampers)
+    assert found == dampers[int(np.argmin(every))]
+    assert math.isclose(search.bounds[found], min(every), rel_tol=1e-12)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("seed", [1, 2])
+def test_no_damper_of_a_whole_grid_is_better(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The best of all dampers, by the cases of every damper and without a check after them."""
+    monkeypatch.setattr(search_module, "_ROUNDS", 0)
     search = Search(WorstCase(random_machine(seed)))
     found = search.best()
     most, r = search.judge.machine.largest_mass, found.restitution

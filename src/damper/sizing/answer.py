@@ -401,7 +401,7 @@ def _answer(search: Search, damper: Sizes) -> Design:
     if orbit:
         numbers |= _margins(orbit, damper.gap)
     numbers |= _changes(judge, damper, frequency, orbit, studies)
-    warnings = _warnings(judge, numbers) + _by_size(judge, damper)
+    warnings = _warnings(judge, damper, numbers) + _by_size(judge, damper)
     return _design(judge, damper, quick=False, studies=studies, warnings=warnings, **numbers)
 
 
@@ -622,9 +622,15 @@ def _changes(
     }
 
 
-def _warnings(judge: WorstCase, numbers: Mapping[str, Any]) -> tuple[str, ...]:
+def _warnings(judge: WorstCase, damper: Sizes, numbers: Mapping[str, Any]) -> tuple[str, ...]:
     m = judge.machine
     found = []
+    if (idle := judge.idle(damper)) > numbers["worst"]:
+        found.append(
+            "A free mass at exact rest in space stays there where no wall comes. The machine then "
+            f"moves as without damper, by up to {text_of(idle, m.measured[1])} in the band. The "
+            "worst case leaves this out."
+        )
     if numbers["fresh_ratio"] > _EXCEEDED:
         found.append(
             f"{numbers['fresh_share']:.2g} % of fresh random runs exceed the worst case that the "

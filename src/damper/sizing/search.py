@@ -53,6 +53,8 @@ _PROMISING, _NEAR = 8, 1.1
 _AT_ONCE, _CASES = 8, 4
 #: Times that the worst case of a damper is looked for nearby, and its rise that is worth another.
 _LOOKS, _RISE = 4, 1.001
+#: Sets of fresh random starts that a best damper has to pass at most.
+_ROUNDS = 10
 
 
 class Search:
@@ -86,6 +88,14 @@ class Search:
             near = [d for d in order if self.bounds[d] <= _NEAR * self.bounds[found]][:_PROMISING]
             about = [d for one in near for d in self._about(one, ratio, parts)]
             found = self.best_of(list(dict.fromkeys([found, *about])))
+        return self.checked(found)
+
+    def checked(self, found: Sizes) -> Sizes:
+        """Try the best damper by fresh random starts; the best one of all once they raise it."""
+        for seed in range(_ROUNDS):
+            if not self._rises(found, seed):
+                break
+            found = self.best_of(list(self.bounds))
         return found
 
     def first_grid(self) -> list[Sizes]:
@@ -206,13 +216,22 @@ class Search:
 
     def _look_near(self, damper: Sizes) -> None:
         """Run more cases about the worst one, and again while that raises it."""
-        self.near[damper], bound = [], 0.0
+        bound, kept = 0.0, self.near.setdefault(damper, [])
         for _ in range(_LOOKS):
             if self.bounds[damper] <= _RISE * bound or self.bounds[damper] == math.inf:
                 return
             bound, cases = self.bounds[damper], self.judge.near(self.hardest[damper])
-            self.near[damper] += cases
+            kept += cases
             self._run([(damper, cases)])
+
+    def _rises(self, damper: Sizes, seed: int) -> bool:
+        """Run fresh random starts of a damper; if one exceeds its worst case, look near that."""
+        bound, cases = self.bounds[damper], self.judge.fresh(self.hardest[damper], seed)
+        self.near[damper] += cases
+        self._run([(damper, cases)])
+        if self.bounds[damper] > bound:
+            self._look_near(damper)
+        return self.bounds[damper] > bound
 
     def _run(self, asked: Sequence[tuple[Sizes, Sequence[Case]]]) -> list[np.ndarray]:
         """Run cases of dampers, keep the worst ones, and return the greatest value of each case."""

@@ -55,7 +55,10 @@ STARTS = 60
 _FINE_PLACES, _FINE_GAPS = 41, 9
 #: Random starts of any damper and near its worst case, and fresh ones that check the answer. With
 #: fewer the best damper would be the one whose large motions were missed by chance.
-_RANDOM, _NEARBY, _FRESH = 400, 100, 400
+_RANDOM, _NEARBY, _FRESH = 400, 100, 1000
+#: Fresh starts of a round that the best damper has to pass: anywhere, and as many about its worst
+#: case; and their first seed.
+_MORE, _SEEDS = 500, 1000
 #: Near: parts of the range of a place, and of a tolerance.
 _NEAR_PLACE, _NEAR_OFF = 0.05, 0.125
 #: The worst motion is followed to the next frequencies of the band: in so many steps.
@@ -144,6 +147,14 @@ class WorstCase:
         largest = free_decay.largest_at_resonance(p)
         least = least if clearance > 0.99 * best else largest
         return {"value": size * least, "largest": size * largest}
+
+    def idle(self, damper: Sizes) -> float:
+        """What counts where no wall of a damper reaches a free mass at rest; else 0."""
+        m = self.machine
+        if m.band is None:
+            return 0.0
+        alone = ((m.undamped(hertz), hertz) for hertz in self.band)
+        return max((m.counted(*one) for one in alone if one[0] < 0.5 * damper.gap), default=0.0)
 
     def _dimensionless(self, damper: Sizes, **options: float) -> Parameters:
         """A damper of this machine at resonance, for the closed forms."""
@@ -293,9 +304,15 @@ class WorstCase:
                 start = {"initial_position": place, _SPEED: speed}
                 yield from (Case((0, part, 0), start) for part in parts)
 
-    def _random(self, count: int, about: Case | None = None) -> Iterator[Case]:
+    def fresh(self, worst: Case, seed: int) -> list[Case]:
+        """More random starts, others for each seed: of any damper, and near its worst case."""
+        seed += _SEEDS
+        return [*self._random(_MORE, seed=seed), *self._random(_MORE, worst, seed)]
+
+    def _random(self, count: int, about: Case | None = None, seed: int = 1) -> Iterator[Case]:
         """Random starts of any damper, or near the worst case that was found."""
-        m, draw = self.machine, np.random.default_rng(1 if about is None else 2)
+        m, draw = self.machine, np.random.default_rng(seed)
+        slowest = self.fixed.get(_SPEED, 0.0)
         for _ in range(count):
             rate, place, speed, x, *off = draw.uniform(-1.0, 1.0, 7).tolist()
             if m.band is not None:
@@ -303,15 +320,15 @@ class WorstCase:
                 if about is not None:
                     low, high = self._next_to(about.hertz[-1])
                     off = list(about.off)
-                start = {"initial_displacement": x * self.far, _SPEED: speed * self.far * m.rate}
+                # Slower, it may stay where no wall comes: the motion without damper.
+                speed = speed * self.far * m.rate + math.copysign(slowest, speed)
+                start = {"initial_displacement": x * self.far, _SPEED: speed}
                 hertz: tuple[float, ...] = (low + 0.5 * (1.0 + rate) * (high - low),)
             else:
                 if about is not None:
                     place = _part(about.start["initial_position"] + _NEAR_PLACE * place)
                     off = [_part(a + _NEAR_OFF * b) for a, b in zip(about.off, off, strict=True)]
-                # Stirred less, it may stay where no wall comes.
-                stirred = math.copysign(self.fixed.get(_SPEED, 0.0), speed)
-                start, hertz = {_SPEED: stirred + 0.0}, ()
+                start, hertz = {_SPEED: math.copysign(slowest, speed) + 0.0}, ()
             yield Case(tuple(off), start | {"initial_position": place}, hertz)
 
     def _next_to(self, hertz: float) -> tuple[float, float]:
@@ -322,7 +339,7 @@ class WorstCase:
 
     def near(self, worst: Case) -> list[Case]:
         """More cases about the worst one: random, and its motion followed to both sides."""
-        made = list(self._random(_NEARBY, worst))
+        made = list(self._random(_NEARBY, worst, seed=2))
         if self.machine.band is None:
             return made
         at = worst.hertz[-1]
@@ -393,7 +410,8 @@ class WorstCase:
             draws["forcing_frequency"] = {"range": list(m.band), "unit": "Hz"}
             draws |= {"phase": [0.0, math.tau], "initial_position": {"values": [-1.0, 1.0]}}
             draws["initial_displacement"] = [-self.far, self.far]
-            draws["initial_velocity"] = [-speed, speed]
+            # To one side, for the other is its mirror image; slower, the free mass may stay idle.
+            draws["initial_velocity"] = [min(self.fixed[_SPEED], _STIRRED * speed), speed]
         return self._study("a check by fresh starts", {}, fixed, self.observers) | {"draws": draws}
 
     def worst_case(self, damper: Sizes) -> dict[str, Any]:
