@@ -5,8 +5,10 @@ Dampers of a grid wait in the order of their bounds; the first ones get more run
 has all of its own: then no other can be better, and most were never run in full. The cases that
 were worst for the dampers before are run first. The first one then gets more runs about its worst
 case, and is the best where it remains the first. A finer grid about the most promising dampers
-follows, twice. A method that follows slopes is lost here: motions are born and die as the gap
-changes, and the worst case jumps. One that draws at random pays for every run of every damper.
+follows, twice. At last the best one has to pass rounds of fresh random starts, of which each that
+exceeds its worst case raises that; then another damper may be better. A method that follows slopes
+is lost here: motions are born and die as the gap changes, and the worst case jumps. One that draws
+at random pays for every run of every damper.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 The search runs the `cases` of a damper, which are those of any other: starts at rest, far out and
 on the closed motion with two impacts, at each frequency and with all tolerances; motions followed
-through the band both ways; random starts. More runs follow about the worst of them (`near`).
+through the band both ways; random starts. More runs follow about the worst of them (`near`), and
+fresh random ones of the best damper (`fresh`).
 """
 
 from __future__ import annotations
