@@ -172,7 +172,7 @@ observers: {{response: }}
         same = damper.simulate(**COMMON, masses=each, **given)
         assert float(found) == pytest.approx(float(same.rms_displacement), rel=1e-12)
     for wrong, words in (
-        ("count: 0", "masses.count\n    must be greater than or equal to 1 (value: 0)"),
+        ("count: 0", "masses.count\n    out of range (value: 0)"),
         ("share: 3", "masses.share\n    unknown key 'share'"),
     ):
         assert words in blame(tmp_path, text.replace("count: 3", wrong))
