@@ -26,7 +26,7 @@ def test_each_motion_at_each_value_of_an_axis() -> None:
     names = [variable.name for variable in ObservedMotion.variables]
     cube = xr.Dataset(
         {name: (dims, np.where(np.isnan(period), np.nan, 1.0)) for name in names}
-        | {"motion_period": (dims, period)},
+        | {"motion_period": (dims, period), "status": (dims, np.zeros_like(period))},
         coords={"clearance": [0.5, 1.0], "initial_velocity": np.arange(4.0)},
     )
     found = basin_fractions(cube, "clearance")

@@ -40,8 +40,8 @@ def test_study_refuses_what_the_observer_refuses(
 @pytest.mark.parametrize(
     ("end", "inside", "outside", "words", "allowed"),
     [
-        ("start", 1.9, 2, "starts 2 periods", "number >= 0 and < 2"),
-        ("stop", 2, 2.5, "stops 2.5 periods", "number <= 2"),
+        ("start", 1.9, 2, "starts 2 cycles", "number >= 0 and < 2"),
+        ("stop", 2, 2.5, "stops 2.5 cycles", "number <= 2"),
     ],
 )
 def test_figure_lies_in_the_stretch(

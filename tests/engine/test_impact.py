@@ -17,7 +17,18 @@ from damper.engine.impact import (
     impact,
     restitution_at,
 )
-from damper.engine.segment import CAUSE, GAP_RATE, IMPACT, MODE, SIDE, SPEED, TAIL, V_BEFORE, V
+from damper.engine.segment import (
+    CAUSE,
+    DURATION,
+    GAP_RATE,
+    IMPACT,
+    MODE,
+    SIDE,
+    SPEED,
+    TAIL,
+    V_BEFORE,
+    V,
+)
 from damper.models import start_run
 
 EPS = np.finfo(float).eps
@@ -111,7 +122,7 @@ def test_the_velocity_before_is_that_in_which_the_last_segment_ends() -> None:
     log = np.concatenate([piece.copy() for piece in run.segments(5.0)])
     causes = set()
     for row, following in pairwise(log):
-        _, v, _, _ = run.motion_in(row, row[-1])
+        _, v, _, _ = run.motion_in(row, row[DURATION])
         assert following[V_BEFORE] == pytest.approx(v, abs=2e-15)
         if following[CAUSE] != IMPACT:
             assert following[V_BEFORE] == following[V]

@@ -343,6 +343,7 @@ GENERAL = (
     "rest_or_slide",
     "fly_on",
     "bounce_of",
+    "state_by_start",
 )
 #: What every force answers but `damper.engine.forcing.weighed`, which is made of one: no weight.
 UNWEIGHED: dict[str, Any] = {

@@ -164,13 +164,13 @@ def free_flight(model: Any, segment: Segment, tau: float) -> tuple[float, float]
 
 
 @by_class_or_default
-def state_in(start: Any, model: Any, segment: Segment, tau: float) -> tuple:
-    """As `damper.engine.model.state_in`, by what a flight follows from."""
+def state_by_start(start: Any, model: Any, segment: Segment, tau: float) -> tuple:
+    """As `damper.engine.model.state_in`, by the start of a flight."""
     return declared.state_by_gap(model, segment, tau)
 
 
-@state_in.of(Motion)
-def _state_in(start, model, segment, tau):
+@state_by_start.of(Motion)
+def _state_by_start(start, model, segment, tau):
     x, v, y, u = declared.state_by_gap(model, segment, tau)
     if segment.mode == FLIGHT and segment.cause == NOTHING:
         y, u = free_flight(model, segment, tau)

@@ -129,7 +129,7 @@ walls.have_rigid_walls(Rigid)
 
 @declared.state_in.of(Rigid)
 def _state_in(model, segment, tau):
-    return walls.state_in(declared.begin(model, segment), model, segment, tau)
+    return walls.state_by_start(declared.begin(model, segment), model, segment, tau)
 
 
 @declared.mass_ratio_at.of(Rigid)
