@@ -254,3 +254,21 @@ def test_a_slow_mass_hits_after_thousands_of_cycles(count: int | None) -> None:
         # Nothing before it: the gap of the cycle before stays open.
         least = min(gap(time - cycle * (1 + mp.mpf(k) / 200)) for k in range(-20, 21))
         assert least > 0
+
+
+def test_a_gap_beside_a_far_wall_keeps_its_digits() -> None:
+    """Where y is a million and the gap small, the gap is not formed anew from y."""
+    found = damper.simulate(
+        mass_ratio=2.95415587069e-05,
+        damping_ratio=1.19620715207,
+        frequency_ratio=0.00469527063127,
+        clearance=1e6,
+        restitution=0.0,
+        phase=3.0030479499718985,
+        initial_position=1.0,
+        initial_relative_velocity=2.2090747402160877,
+        observers={"laws": {}},
+        transient=0,
+        periods=6,
+    )
+    assert float(found.continuity) < 1e-14

@@ -126,10 +126,12 @@ def _fly_on(start, model, segment, end):
     s, tau, gap, rate = segment, end.duration, end.gap, end.gap_rate
     y, u = free_flight(model, s, tau)
     own_gap, own_rate = model.clearance - s.side * (y - end.x), s.side * (end.v - u)
-    # The gap's increments add up their roundoff. Near a wall the gap has more digits than y.
-    drifts = abs(own_gap - gap) > ROUNDOFF * (model.clearance + abs(y) + abs(end.x))
-    if drifts or abs(own_rate - rate) > ROUNDOFF * (abs(end.v) + abs(u)):
-        gap, rate = min(max(own_gap, 0.0), 2.0 * model.clearance), own_rate
+    # The increments of gap and rate add up their roundoff, so each is replaced where it has
+    # drifted; not the gap near a wall, which has more digits there than y.
+    if abs(y) < gap and abs(own_gap - gap) > ROUNDOFF * (model.clearance + abs(y) + abs(end.x)):
+        gap = min(max(own_gap, 0.0), 2.0 * model.clearance)
+    if abs(own_rate - rate) > ROUNDOFF * (abs(end.v) + abs(u)):
+        rate = own_rate
     periods, time = clock_after(model.cycle, s.periods, s.time, tau)
     new = Segment(
         periods,
