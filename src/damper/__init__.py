@@ -43,6 +43,7 @@ HOME = {
     "run": "damper.notebook.run",
     "simulate": "damper.notebook",
     "smallest_shock": "damper.sweep.orbits.shock",
+    "start": "damper.sweep.started",
     "EventKind": "damper.engine.segment",
     **dict.fromkeys(
         ("IMPACT", "STICK", "RELEASE", "STOPPED", "REST", "SLIP", "REVERSAL"),

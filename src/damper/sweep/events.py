@@ -1,6 +1,7 @@
 """`damper.events`: the exact event sequence of one run as a structured array."""
 
 import math
+from collections.abc import Iterator, Mapping, Sequence
 from inspect import cleandoc
 from typing import Any
 
@@ -76,6 +77,93 @@ class EventTable(np.ndarray):
     __str__ = __repr__
 
 
+class Started:
+    """A run that has begun: what `events` and `damper.start` have in common.
+
+    Parameters
+    ----------
+    parameters, state, accuracy, max_events, values
+        As for `events`.
+    """
+
+    def __init__(
+        self,
+        parameters: Parameters | SIParameters | None,
+        state: State | None,
+        accuracy: float,
+        max_events: int,
+        values: Mapping[str, Any],
+    ) -> None:
+        self.parameters, state = one_run(parameters, state, values)
+        self.units, scaled = self.parameters.units, self.parameters.dimensionless
+        if state is not None:
+            state = state.over(self.units)
+            check_state(scaled, state, self.units)
+        self.trajectory = start_run(scaled, state, accuracy, max_events)
+        self.begun = 0.0 if state is None else state.time
+        self._dtype = EVENT if scaled.model != "several" else EVENT_OF_SEVERAL
+
+    def pieces(self, until: float) -> Iterator[np.ndarray]:
+        """Run on to a time, in s with SIParameters, and yield pieces of the log.
+
+        Raises
+        ------
+        ValueError
+            When the time is before the start, not finite, or a billion cycles after the start.
+        TypeError
+            When it is not a number.
+        """
+        end = real("until", until) / self.units.time
+        if not (math.isfinite(end) and end >= self.begun):
+            raise ValueError(
+                f"until = {until!r}: must be a finite time >= {self.begun * self.units.time!r}, "
+                "the start"
+            )
+        periods = (end - self.begun) / self.trajectory.cycle
+        if periods > MOST_PERIODS:
+            raise ValueError(
+                f"until = {until!r}: ends after {periods:.3g} cycles; at most {MOST_PERIODS}"
+            )
+        yield from self.trajectory.segments(*self.trajectory.whole_periods(end))
+
+    def events_in(self, log: np.ndarray) -> np.ndarray:
+        """Rows of the events that begin segments of a piece of the log, in its units."""
+        rows = log[log[:, segment.CAUSE] >= segment.IMPACT]
+        piece = np.empty(len(rows), dtype=self._dtype)
+        piece["time"] = rows[:, segment.PERIODS] * self.trajectory.cycle + rows[:, segment.TIME]
+        piece["kind"] = rows[:, segment.CAUSE]
+        piece["side"] = np.where(rows[:, segment.CAUSE] < segment.REST, rows[:, segment.SIDE], 0.0)
+        piece["approach_speed"] = rows[:, segment.SPEED]
+        piece["x"] = rows[:, segment.X]
+        piece["v"] = rows[:, segment.V]
+        piece["period"] = rows[:, segment.PERIODS]
+        piece["time_in_period"] = rows[:, segment.TIME]
+        if self._dtype == EVENT_OF_SEVERAL:
+            piece["body"] = rows[:, segment.COLUMNS]
+        return piece
+
+    def stopped(self, last: np.ndarray) -> list[np.ndarray]:
+        """The row that says where a run stopped early, after its last row of the log; or none."""
+        if self.trajectory.status == FINISHED:
+            return []
+        row = last[0]
+        x, v, _, _ = self.trajectory.motion_in(row, row[segment.DURATION])
+        whole, rest = self.trajectory.whole_periods(row[segment.TIME] + row[segment.DURATION])
+        periods = row[segment.PERIODS] + whole
+        time = periods * self.trajectory.cycle + rest
+        found = (time, segment.STOPPED, 0, 0.0, x, v, periods, rest)
+        mass = (-1,) if self._dtype == EVENT_OF_SEVERAL else ()
+        return [np.array([(*found, *mass)], dtype=self._dtype)]
+
+    def table(self, pieces: Sequence[np.ndarray]) -> EventTable:
+        """One table of pieces, in SI units with SIParameters."""
+        found: EventTable = np.concatenate(pieces).view(EventTable)
+        if self.units is not NO_UNITS:
+            for name, size in _SIZES.items():
+                found[name] *= getattr(self.units, size)
+        return found
+
+
 def events(
     parameters: Parameters | SIParameters | None = None,
     state: State | None = None,
@@ -143,53 +231,12 @@ def events(
           2.1586   impact    -1        0.285743         0.25      0.24418
          5.25461   impact    +1        0.347026      1.03678     0.119076
     """
-    end = real("until", until)
-    parameters, state = one_run(parameters, state, values)
-    units, parameters = parameters.units, parameters.dimensionless
-    if state is not None:
-        state = state.over(units)
-        check_state(parameters, state, units)
-    trajectory = start_run(parameters, state, accuracy, max_events)
-    start = 0.0 if state is None else state.time
-    if not (math.isfinite(end) and end / units.time >= start):
-        raise ValueError(
-            f"until = {until!r}: must be a finite time >= {start * units.time!r}, the start"
-        )
-    periods = (end / units.time - start) / trajectory.cycle
-    if periods > MOST_PERIODS:
-        raise ValueError(
-            f"until = {until!r}: ends after {periods:.3g} cycles; at most {MOST_PERIODS}"
-        )
-    pieces = []
-    one = parameters.model != "several"
-    for log in trajectory.segments(*trajectory.whole_periods(end / units.time)):
-        rows = log[log[:, segment.CAUSE] >= segment.IMPACT]
-        piece = np.empty(len(rows), dtype=EVENT if one else EVENT_OF_SEVERAL)
-        piece["time"] = rows[:, segment.PERIODS] * trajectory.cycle + rows[:, segment.TIME]
-        piece["kind"] = rows[:, segment.CAUSE]
-        piece["side"] = np.where(rows[:, segment.CAUSE] < segment.REST, rows[:, segment.SIDE], 0.0)
-        piece["approach_speed"] = rows[:, segment.SPEED]
-        piece["x"] = rows[:, segment.X]
-        piece["v"] = rows[:, segment.V]
-        piece["period"] = rows[:, segment.PERIODS]
-        piece["time_in_period"] = rows[:, segment.TIME]
-        if not one:
-            piece["body"] = rows[:, segment.COLUMNS]
-        pieces.append(piece)
-        if len(log):
-            last = log[-1].copy()
-    if trajectory.status != FINISHED:
-        x, v, _, _ = trajectory.motion_in(last, last[segment.DURATION])
-        whole, rest = trajectory.whole_periods(last[segment.TIME] + last[segment.DURATION])
-        periods = last[segment.PERIODS] + whole
-        time = periods * trajectory.cycle + rest
-        row = (time, segment.STOPPED, 0, 0.0, x, v, periods, rest, *(() if one else (-1,)))
-        pieces.append(np.array([row], dtype=pieces[0].dtype))
-    found: EventTable = np.concatenate(pieces).view(EventTable)
-    if units is not NO_UNITS:
-        for name, size in _SIZES.items():
-            found[name] *= getattr(units, size)
-    return found
+    started = Started(parameters, state, accuracy, max_events, values)
+    pieces, last = [], np.empty(0)
+    for log in started.pieces(until):
+        pieces.append(started.events_in(log))
+        last = log[-1:].copy() if len(log) else last
+    return started.table([*pieces, *started.stopped(last)])
 
 
 events.__doc__ = cleandoc(events.__doc__ or "").replace("{engine}\n", settings_text(EngineSettings))

@@ -1,0 +1,201 @@
+"""`damper.start`: a run that is advanced step by step, as another simulation asks for it."""
+
+from __future__ import annotations
+
+from inspect import cleandoc
+from typing import Any
+
+import numpy as np
+
+from damper.engine import segment
+from damper.engine.loop import FINISHED
+from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
+from damper.parameters import Parameters, SIParameters, State
+from damper.parameters.lazy import xr
+from damper.parameters.run import EngineSettings, settings_text
+from damper.sweep.events import EventTable, Started
+
+#: Variable -> its place in a state, and its meaning.
+_MOTION = {
+    "displacement": (0, "displacement of the primary"),
+    "velocity": (1, "velocity of the primary"),
+    "free_displacement": (2, "displacement of the free mass"),
+    "free_velocity": (3, "velocity of the free mass"),
+}
+
+
+class OngoingRun:
+    """A run that can be advanced; from `damper.start`.
+
+    It keeps its log, 128 bytes a segment and as many more for each of several masses, so that
+    `events` and `motion` look back to the start. However a run is split, its events and motion are
+    those of one run, to the last bit.
+
+    Attributes
+    ----------
+    parameters : Parameters or SIParameters
+    time : float
+        How far it has been advanced, in units of sqrt(M/K), or in s with SIParameters.
+    """
+
+    def __init__(self, started: Started) -> None:
+        self._started = started
+        self._log = np.empty((0, started.trajectory.columns))
+        self.parameters = started.parameters
+        self.time = started.begun * started.units.time
+        self._returned = 0
+        self._run_to(self.time)
+
+    def __repr__(self) -> str:
+        return f"<run of {self.parameters}\n at time {self.time:.6g}: {len(self.events)} events>"
+
+    def advance(self, until: float) -> EventTable:
+        """Run on to a time.
+
+        Parameters
+        ----------
+        until : float
+            Time, not earlier than that reached so far.
+
+        Returns
+        -------
+        EventTable
+            Events that no call before has returned, as `damper.events` gives them.
+
+        Raises
+        ------
+        ValueError
+            For a time that lies before `time`, is not finite or is a billion cycles after the
+            start; where the run stopped early, as its last event says.
+        TypeError
+            For what is not a number.
+        """
+        if isinstance(until, int | float) and until < self.time:
+            raise ValueError(f"until = {until!r}: must be >= {self.time!r}, the time reached")
+        if self._started.trajectory.status != FINISHED:
+            raise ValueError(f"the run stopped early, at {self.events['time'][-1]!r}")
+        self._run_to(until)
+        found = self.events
+        self._returned, before = len(found), self._returned
+        return found[before:]
+
+    @property
+    def events(self) -> EventTable:
+        """All events so far, as `damper.events` gives them."""
+        started = self._started
+        return started.table([started.events_in(self._log), *started.stopped(self._log[-1:])])
+
+    @property
+    def state(self) -> State:
+        """The state at `time`, from which `damper.start` and `damper.events` can go on."""
+        x, v, y, u = self._state_at(self.time)
+        units = self._started.units
+        state = State(x, v, y, u, self.time / units.time)
+        return state.times(units)
+
+    def motion(self, times: Any) -> xr.Dataset:
+        """Motion of all masses at moments between the start and `time`.
+
+        Parameters
+        ----------
+        times : float or sequence of float
+            In units of sqrt(M/K), or in s with SIParameters. At the very time of an impact the
+            velocities are those after it.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``displacement``, ``velocity``, ``free_displacement`` and ``free_velocity`` over
+            ``time``; the last two also over ``body`` where there are several free masses.
+
+        Raises
+        ------
+        ValueError
+            For a time before the start or after `time`.
+        """
+        moments = np.atleast_1d(np.asarray(times, dtype=float))
+        begun = self._started.begun * self._started.units.time
+        outside = moments[~((begun <= moments) & (moments <= self.time))]
+        if len(outside):
+            raise ValueError(
+                f"times: {float(outside[0])!r} is outside the run so far, {begun!r} to {self.time!r}"
+            )
+        states = [self._state_at(moment) for moment in moments.tolist()]
+        several = self._log.shape[1] > segment.COLUMNS
+        units = self._started.units
+        found = {}
+        for name, (place, meaning) in _MOTION.items():
+            size = units.length if place % 2 == 0 else units.speed
+            values = np.array([state[place] for state in states]) * size
+            dims = ("time", "body") if several and place > 1 else ("time",)
+            found[name] = (dims, values, {"long_name": meaning})
+        return xr.Dataset(found, {"time": ("time", moments, {"long_name": "time"})})
+
+    def _run_to(self, until: float) -> None:
+        pieces = [piece.copy() for piece in self._started.pieces(until)]
+        # The last segment was cut; the run has computed it again.
+        self._log = np.concatenate([self._log[:-1], *pieces])
+        self.time = float(until)
+        if self._started.trajectory.status != FINISHED:
+            self.time = float(self.events["time"][-1])
+
+    def _state_at(self, time: float) -> tuple[float, float, Any, Any]:
+        """Dimensionless state, after what happens at that time."""
+        trajectory, log = self._started.trajectory, self._log
+        periods, rest = trajectory.whole_periods(time / self._started.units.time)
+        elapsed = (periods - log[:, segment.PERIODS]) * trajectory.cycle + (
+            rest - log[:, segment.TIME]
+        )
+        row = max(int(np.searchsorted(-elapsed, 0.0, side="right")) - 1, 0)
+        tau = min(max(float(elapsed[row]), 0.0), float(log[row, segment.DURATION]))
+        return trajectory.state_in(log[row], tau)
+
+
+def start(
+    parameters: Parameters | SIParameters | None = None,
+    state: State | None = None,
+    *,
+    accuracy: float = DEFAULT_ACCURACY,
+    max_events: int = DEFAULT_MAX_EVENTS,
+    **values: Any,
+) -> OngoingRun:
+    """Start a run that is advanced step by step.
+
+    Parameters
+    ----------
+    parameters : Parameters or SIParameters, optional
+        With SIParameters, times are in s, lengths in m and speeds in m/s throughout.
+    state : State, optional
+        Where it starts; from rest with y = 0 at time 0 when not given.
+
+    Other Parameters
+    ----------------
+    {engine}
+    **values
+        Parameters and initial quantities by name, as `damper.simulate` takes them, in place of
+        `parameters` and `state` or of single values of theirs.
+
+    Returns
+    -------
+    OngoingRun
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `damper.events`.
+
+    Examples
+    --------
+    >>> import damper
+    >>> p = damper.Parameters(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.2,
+    ...                       clearance=0.25, restitution=0.6)
+    >>> run = damper.start(p)
+    >>> len(run.advance(3.0)), len(run.advance(10.0)), len(run.events)
+    (1, 1, 2)
+    >>> run.motion([2.0, 4.0]).displacement.values.round(4).tolist()
+    [0.2065, 0.8115]
+    """
+    return OngoingRun(Started(parameters, state, accuracy, max_events, values))
+
+
+start.__doc__ = cleandoc(start.__doc__ or "").replace("{engine}\n", settings_text(EngineSettings))
