@@ -83,7 +83,7 @@ def test_it_says_where_it_stopped_early() -> None:
         (lambda run: run.advance(1.0), "must be >= 5.0, the time reached"),
         (lambda run: run.advance(math.nan), "must be a finite time"),
         (lambda run: run.advance(1e300), "at most"),
-        (lambda run: run.motion([1.0, 6.0]), "6.0 is outside the run so far, 0.0 to 5.0"),
+        (lambda run: run.motion([1.0, 6.0]), "6.0 is outside the run, 0.0 to 5.0"),
         (lambda run: run.motion(math.nan), "outside the run"),
     ],
 )

@@ -117,9 +117,8 @@ class OngoingRun:
         begun = self._started.begun * self._started.units.time
         outside = moments[~((begun <= moments) & (moments <= self.time))]
         if len(outside):
-            raise ValueError(
-                f"times: {float(outside[0])!r} is outside the run so far, {begun!r} to {self.time!r}"
-            )
+            first = float(outside[0])
+            raise ValueError(f"times: {first!r} is outside the run, {begun!r} to {self.time!r}")
         states = [self._state_at(moment) for moment in moments.tolist()]
         several = self._log.shape[1] > segment.COLUMNS
         units = self._started.units
