@@ -9,6 +9,7 @@ import pytest
 from scipy.signal import lsim
 from studies import cube_of
 
+from damper.sizing import study
 from damper.sizing.answer import Design, _answer, _changes, _orbit, _warnings
 from damper.sizing.answer import cube_of as cube_of_study
 from damper.sizing.machine import machine_of, read_machine
@@ -30,8 +31,11 @@ MACHINE = {
 }
 
 
+pytestmark = pytest.mark.usefixtures("few_starts_throughout")
+
+
 @pytest.fixture(scope="module")
-def found() -> Design:
+def found(few_starts_throughout: None) -> Design:
     """The answer for one damper; the search for the best one has tests of its own."""
     return answer(MACHINE, Sizes(8.0, 0.01, 0.3))
 
@@ -59,7 +63,7 @@ def test_its_numbers_are_those_of_its_studies(found: Design, folder: Path) -> No
     peaks.append(float(cubes["worst_case"].peak_displacement.where(inside).max()))
     assert found.worst == max(peaks)
     fresh = cubes["check"].peak_displacement
-    assert fresh.sizes == {"draw": 1000}
+    assert fresh.sizes == {"draw": study._FRESH}
     assert found.fresh_share == 100.0 * float((fresh > found.worst).mean())
     assert found.fresh_ratio == float(fresh.max()) / found.worst
     assert found.worst >= Search(WorstCase(found.machine)).worst(damper_of(found)) * (1.0 - 1e-12)
@@ -67,7 +71,7 @@ def test_its_numbers_are_those_of_its_studies(found: Design, folder: Path) -> No
     assert found.impact_rate >= float(rate) * (1.0 - 1e-12)
     assert found.approach_speed >= float(cubes["worst_case"].max_approach_speed.where(inside).max())
     assert found.motions is not None
-    assert cubes["motions"].sizes == {"draw": 60}
+    assert cubes["motions"].sizes == {"draw": study.STARTS}
     table = pd.read_csv(folder / "numbers.csv").set_index("name")
     assert table.value["worst"] == found.worst
     assert table.unit["impact_rate"] == "1/s"

@@ -160,6 +160,7 @@ def test_a_file_is_read_with_its_lines_and_options_count_before_it(tmp_path: Pat
     assert "the drive is missing" in called("design", "--quick", code=1)
 
 
+@pytest.mark.usefixtures("few_starts")
 @pytest.mark.parametrize("key", ["force-record", "acceleration-record"])
 def test_records_and_ranges_are_given_in_the_shell(
     key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from damper.sizing import search as search_module
-from damper.sizing import study
 from damper.sizing.machine import machine_of
 from damper.sizing.search import Search, measure
 from damper.sizing.study import Case, Chain, Sizes, WorstCase
@@ -27,17 +26,10 @@ FRAME = {
 }
 
 
-@pytest.fixture
-def few_random(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Long runs near a closed law, where all starts lead to the same motion: a few are enough."""
-    monkeypatch.setattr(study, "_RANDOM", 40)
-    monkeypatch.setattr(study, "_NEARBY", 20)
-
-
 ALL_DAMPERS = [False, pytest.param(True, marks=pytest.mark.exhaustive)]
 
 
-@pytest.mark.usefixtures("few_random")
+@pytest.mark.usefixtures("few_starts")
 @pytest.mark.parametrize("whole", ALL_DAMPERS)
 def test_the_decay_law_is_found_in_its_limit(whole: bool) -> None:
     """At a mass ratio of 1e-3: the time to 1 %, by a gap within 5 % of the law's fold.
@@ -57,7 +49,7 @@ def test_the_decay_law_is_found_in_its_limit(whole: bool) -> None:
     assert math.isclose(found.gap, asked.gap, rel_tol=0.05)
 
 
-@pytest.mark.usefixtures("few_random")
+@pytest.mark.usefixtures("few_starts")
 @pytest.mark.parametrize(
     ("restitution", "whole"),
     [(0.0, False), (0.2, False), pytest.param(0.0, True, marks=pytest.mark.exhaustive)],
@@ -168,14 +160,17 @@ def test_a_damper_whose_fresh_starts_move_further_gives_way_to_a_better_one(
 
 def test_no_random_start_leaves_the_free_mass_where_no_wall_comes() -> None:
     """Slow starts would stay idle for longer than a run; from exact rest they stay so for ever."""
-    judge = WorstCase(machine_of(FRAME))
+    judge, damper = WorstCase(machine_of(FRAME)), Sizes(5.0, 0.004, 0.7)
     speed = "initial_relative_velocity"
     least = judge.fixed[speed]
     cases = [*judge.cases, *judge.fresh(judge.cases[0], 0)]
     assert min(abs(case.start.get(speed, least)) for case in cases) >= least > 0.0
-    assert judge.check(Sizes(5.0, 0.004, 0.7))["draws"]["initial_velocity"][0] == least
+    check, motions = judge.check(damper)["draws"], judge.motions(damper, 30.0)["draws"]
+    assert check["initial_velocity"][0] == least
+    assert (check["count"], motions["count"]) == (1000, 60)
 
 
+@pytest.mark.usefixtures("few_starts")
 def test_no_damper_of_a_grid_is_better_with_all_of_its_runs() -> None:
     """Each damper of a grid with all of its runs, against one that is found by bounds."""
     search = Search(WorstCase(random_machine(1)))
@@ -220,6 +215,7 @@ def random_machine(seed: int):
     )
 
 
+@pytest.mark.usefixtures("few_starts")
 def test_each_restitution_has_its_best_damper() -> None:
     given = {"mass": 1.0, "stiffness": 1.0, "damping_ratio": 0.05, "force_amplitude": 1.0}
     given |= {"band": [0.97 * F, 1.03 * F], "largest_mass": 0.1, "largest_gap": 1e3}

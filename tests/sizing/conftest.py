@@ -1,0 +1,44 @@
+"""What the tests of sizing share."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from damper.sizing import study
+
+#: Of starts of any damper, near its worst case, at its frequency, in the check and in its rounds;
+#: places of the free mass and gaps within the tolerance; frequencies in the band and beyond.
+FEW = {
+    "_RANDOM": 20,
+    "_NEARBY": 8,
+    "STARTS": 12,
+    "_FRESH": 24,
+    "_MORE": 10,
+    "_FINE_PLACES": 5,
+    "_FINE_GAPS": 3,
+    "_LEAST": 5,
+    "_BEYOND": 4,
+}
+
+
+@contextmanager
+def _few() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        for name, count in FEW.items():
+            patch.setattr(study, name, count)
+        yield
+
+
+@pytest.fixture
+def few_starts() -> Iterator[None]:
+    """A small worst case, for what holds with any number of starts and frequencies."""
+    with _few():
+        yield
+
+
+@pytest.fixture(scope="module")
+def few_starts_throughout() -> Iterator[None]:
+    """A small worst case in all tests of a module."""
+    with _few():
+        yield
