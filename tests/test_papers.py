@@ -18,7 +18,6 @@ ROOT = Path(__file__).parents[1]
 CHECKING = {
     "solver_errors",
     "solver_speed",
-    "solver_summary",
     "work_precision",
 }
 STUDIES = sorted((ROOT / "config/studies").glob("paper_a_*.yaml"))

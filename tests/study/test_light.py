@@ -5,12 +5,11 @@ from new_process import in_new_process, modules_after
 
 LIGHT = [
     "damper.sweep.cube",
-    "damper.verification.comparison.cube",
+    "damper.verification.comparison.runs",
     "damper.verification.comparison.tables.solver_errors",
     "damper.verification.comparison.tables.solver_speed",
     "damper.tables.laws",
     "damper.verification.comparison.figures.work_precision",
-    "damper.verification.comparison.figures.solver_summary",
     "damper.figures.laws",
 ]
 HEAVY = ("numba", "mpmath", "damper.engine.trajectory", "scipy.integrate")

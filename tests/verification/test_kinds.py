@@ -28,7 +28,6 @@ COMPARISON = {
     "figures": {
         "all": {"kind": "work_precision"},
         "impacts": {"kind": "work_precision", "error": "impact_time_error"},
-        "summary": {"kind": "solver_summary"},
     },
     "tables": {"errors": {"kind": "solver_errors"}, "speed": {"kind": "solver_speed"}},
 }
@@ -109,7 +108,7 @@ def test_an_override_leaves_out_what_is_null_in_it(tmp_path):
     study = load_study(write(tmp_path, COMPARISON), override | {"figures": {"impacts": None}})
     assert list(study.scenes) == ["burst"]
     assert study.solvers == {"exact": (1e-3,)}
-    assert list(study.figures) == ["all", "summary"]
+    assert list(study.figures) == ["all"]
 
 
 def test_what_shows_times_lies_with_the_times(tmp_path):
@@ -118,7 +117,6 @@ def test_what_shows_times_lies_with_the_times(tmp_path):
     assert list(study.files("figures")) == [
         "timed/figures/all",
         "timed/figures/impacts",
-        "timed/figures/summary",
     ]
     about = study.about()
     assert [path for path, *_ in about["tables"]] == [

@@ -74,13 +74,13 @@ def run_orbits() -> None:
 
 
 def run_solvers() -> None:
-    from damper.verification.comparison.scene import read_scene
-    from damper.verification.comparison.solvers import load
+    from damper.verification.comparison import SOLVERS
+    from damper.verification.comparison.solvers import load, read_scene
 
     scene = read_scene(POINT | {"frequency_ratio": 0.8}, 5.0)
     coarse = {"accuracy": 1e-6, "steps_per_period": 100, "tolerance": 1e-3}
-    for solver in map(load, NAMES):
-        solver.solve(scene, coarse[solver.setting], 10_000)
+    for name in NAMES:
+        load(name).solve(scene, coarse[SOLVERS[name]], 10_000)
 
 
 compile_at_once()

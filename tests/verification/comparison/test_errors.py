@@ -9,8 +9,7 @@ import pytest
 from scenes import SLOW
 
 from damper.verification.comparison import errors
-from damper.verification.comparison.scene import read_scene
-from damper.verification.comparison.solution import FAILED, STALLED, Solution
+from damper.verification.comparison.solvers import FAILED, STALLED, Solution, read_scene
 
 SCENE = read_scene(SLOW | {"frequency_ratio": 1.0, "restitution": 0.1}, 20.0)
 #: Left, right, then a complete burst on the right whose speeds fall by 10 each, stick at 6,

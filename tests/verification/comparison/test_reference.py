@@ -9,13 +9,9 @@ from scenes import QUIET as BURST
 
 from damper.parameters import Parameters, State
 from damper.sweep.parts import PartData, read_part, write_part
-from damper.verification.comparison.reference import (
-    RESOLVED,
-    as_floats,
-    make_reference,
-    run_part,
-)
-from damper.verification.comparison.scene import Scene, read_scene
+from damper.verification.comparison.errors import Reference
+from damper.verification.comparison.reference import RESOLVED, make_reference, run_part
+from damper.verification.comparison.solvers import Scene, read_scene
 from damper.verification.reference import exact_run
 
 
@@ -25,7 +21,7 @@ def burst():
 
 
 def test_events_and_state_of_a_burst(burst):
-    found = as_floats(burst)
+    found = Reference(*(np.array(burst[name], float) for name in Reference._fields))
     # These printed digits belong to decimal parameters; doubles are some 1e-14 away.
     assert found.stick_times == pytest.approx([17.868561780955439], abs=1e-13)
     assert found.release_times == pytest.approx([18.992457098508703], abs=1e-13)
@@ -39,7 +35,7 @@ def test_events_and_state_of_a_burst(burst):
 
 
 def test_floats_are_the_nearest_to_all_digits(burst):
-    for text, value in zip(burst["impact_times"], as_floats(burst).impact_times, strict=True):
+    for text, value in zip(burst["impact_times"], map(float, burst["impact_times"]), strict=True):
         assert len(text.replace(".", "").lstrip("0")) == 50
         exact = Fraction(text)
         for other in (np.nextafter(value, 0), np.nextafter(value, 99)):

@@ -11,24 +11,17 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import nan
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
 from damper.parameters.variables import LENGTH, TIME, Variable
-from damper.verification.comparison.solution import FAILED, FINISHED, Solution
-
-if TYPE_CHECKING:  # these bring mpmath and the engine along
-    from damper.verification.comparison.reference import Reference
-    from damper.verification.comparison.scene import Scene
+from damper.verification.comparison.solvers import FAILED, FINISHED, Scene, Solution
 
 #: Part of a complete burst's first approach speed below which its impacts do not count.
 SLOWEST_COUNTED = 1e-2
 #: Part of the clearance by which a free mass may be beyond a wall and still count as inside.
 BOX = 1e-2
-#: Outcomes of a run; ``missed`` is any event that the reference has and the run lacks, or reverse.
-OUTCOMES = ("good", "stalled", "capped", "failed", "left_box", "missed")
-GOOD = OUTCOMES.index("good")
 #: Numbers that `measure_errors` returns.
 MEASURES = (
     Variable("impact_time_error", "largest error of an impact time", TIME),
@@ -47,6 +40,20 @@ MEASURES = (
         comment="the time of one differs from solver to solver",
     ),
 )
+
+
+class Reference(NamedTuple):
+    """Events and final state of a scene, rounded once, as solutions are compared with it."""
+
+    impact_times: np.ndarray
+    """Times of impacts with an approach speed of at least 1e-9."""
+    impact_sides: np.ndarray
+    """-1 left wall, +1 right wall."""
+    approach_speeds: np.ndarray
+    stick_times: np.ndarray
+    release_times: np.ndarray
+    final_state: np.ndarray
+    """x, v, y, u at the end of the scene."""
 
 
 def measure_errors(

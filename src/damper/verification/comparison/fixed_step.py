@@ -1,44 +1,31 @@
-"""The driver of all solvers with a fixed step, and the functions that their steps share.
+"""What solvers with a fixed step share: the problem, the step's ends, forces, and the result.
 
-A method is a NamedTuple of constants with three functions, `begin`, `take_events` and `advance`,
-each implemented for its class; `masses` returns absolute displacements and velocities. The driver
-cuts the run into steps, notes events, and ends a run at its cap. All of it is compiled, as the
+A method is a compiled function of a `Problem` that returns a `Run`. All of it is compiled, as the
 engine is: methods are compared, not languages.
 """
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_class, by_class_or_default
-from damper.engine.segment import IMPACT, RELEASE, STICK
-from damper.verification.comparison import solution
-from damper.verification.comparison.scene import Scene
-from damper.verification.comparison.solvers import Solver
+from damper.verification.comparison import solvers
+from damper.verification.comparison.solvers import Scene, Solution, Solver
 
+OUTCOMES = (solvers.FINISHED, solvers.STALLED, solvers.CAPPED, solvers.FAILED)
 #: Outcomes as numbers, for compiled code: places in `OUTCOMES`.
-DONE, STALL, CAP, FAILURE = (
-    solution.OUTCOMES.index(k)
-    for k in (solution.FINISHED, solution.STALLED, solution.CAPPED, solution.FAILED)
-)
-#: There are more events than rows for them.
-FULL = len(solution.OUTCOMES)
+DONE, STALL, CAP, FAILURE = range(4)
 
 #: A displacement this many times what the force could have made of the start has blown up.
 _BLOWN_UP = 1e6
 #: A last step shorter than this part of a step belongs to the one before.
 _SLIVER = 1e-9
-#: Steps' ends and impacts in a row with events and without progress that make a stall.
-_IDLE = 100
-#: Rows for events at first, and events that one piece of a run can have at most.
-_ROWS, _ROOM = 1024, 4
 
 
-class Damper(NamedTuple):
-    """Constants of the rigid damper."""
+class Problem(NamedTuple):
+    """A scene with a step, and what ends a run early."""
 
     mu: float
     zeta: float
@@ -46,202 +33,90 @@ class Damper(NamedTuple):
     d: float
     r: float
     phase: float
-
-
-class Masses(NamedTuple):
-    """Displacement and velocity of the primary and of the free mass."""
-
     x: float
     v: float
     y: float
     u: float
-
-
-class Span(NamedTuple):
-    """Start and end of a run, and the length of its steps."""
-
     start: float
     until: float
     step: float
+    steps: int
+    limit: float
+    """Of the primary's displacement and velocity."""
+    most: int
+    """Evaluations of the acceleration."""
 
 
-class Piece(NamedTuple):
-    """A step, or what events have left of one."""
+class Run(NamedTuple):
+    """What a method returns."""
 
-    index: int  # type: ignore[assignment]  # in place of the tuple's method
-    """Number of the step, from 1."""
-    time: float
-    left: float
-    end: float
-    """Where it begins, how long it is, and where the step ends."""
-
-
-class Counts(NamedTuple):
-    """Numbers of a run so far; a NamedTuple, for an array would slow each step."""
-
-    events: int
+    outcome: int
+    """Place in `OUTCOMES`."""
+    reached: float
     evaluations: int
     penetration: float
     """Largest distance beyond a wall."""
+    end: tuple[float, float, float, float]
+    events: list[tuple[float, float, float, float]]
+    """Time, kind (as in `damper.engine.segment`), side, approach speed; the first is none."""
 
 
-_WHEN, _KIND, _WALL, _SPEED = range(4)
+#: First entry of each list of events, from which numba knows what the list holds.
+NO_EVENT = (0.0, -1.0, 0.0, 0.0)
 
 
-@by_class
-def begin(method: Any, start: Masses, time: float) -> Any:
-    """State of a method at the start of a run: what it keeps from piece to piece."""
+def fixed_step(evaluations_per_second: float, method: Callable[[Problem], Run]) -> Solver:
+    """Make the solver of a method with a number of steps per forcing period."""
 
-
-@by_class
-def take_events(
-    method: Any, state: Any, time: float, index: int, notes: np.ndarray, counts: Counts
-) -> Any:
-    """State and counts after the events at the end of a piece, in step `index` (0: the start)."""
-
-
-@by_class
-def advance(method: Any, state: Any, piece: Piece, counts: Counts) -> Any:
-    """Go to the end of a piece, or up to an event before that.
-
-    Returns state and counts then, how long that took, and whether an event has cut it short.
-    """
-
-
-@by_class_or_default
-def masses(method: Any, state: Any) -> Masses:
-    """Absolute displacements and velocities of a state."""
-    return Masses(state.x, state.v, state.y, state.u)
-
-
-@compiled
-def march(
-    method: Any, start: Masses, span: Span, limit: float, most: int, notes: np.ndarray
-) -> tuple[int, float, Counts, Masses]:
-    """Run a method until x or v exceeds `limit`, or after `most` evaluations.
-
-    Rows of `notes` (rows, 4) are events: time, kind (as in `damper.engine.segment`), side, approach
-    speed. Returns the place of the outcome in `OUTCOMES`, or `FULL`; how far it came; the counts;
-    and where the masses are then.
-    """
-    state, counts = begin(method, start, span.start), Counts(0, 0, 0.0)
-    steps = max(math.ceil((span.until - span.start) / span.step - _SLIVER), 0)
-    time = opened = end = last = span.start
-    done = 0.0
-    index = idle = 0
-    code = DONE
-    while True:
-        before = counts.events
-        if before + _ROOM > len(notes):
-            code = FULL
-            break
-        state, counts = take_events(method, state, time, index, notes, counts)
-        if counts.events > before:
-            idle = 0 if time > last else idle + 1
-            last = time
-            if idle >= _IDLE:
-                code = STALL
-                break
-        left = (end - opened) - done
-        if left <= 0.0:
-            if index >= steps:
-                break
-            index += 1
-            opened = time = end
-            done = 0.0
-            end = span.until if index == steps else span.start + index * span.step
-            left = end - opened
-        if counts.evaluations >= most:
-            code = CAP
-            break
-        piece = Piece(index, time, left, end)
-        state, counts, duration, cut = advance(method, state, piece, counts)
-        done = done + duration if cut else end - opened
-        time = opened + done if cut else end
-        if not (abs(state.x) <= limit and abs(state.v) <= limit):
-            code = FAILURE
-            break
-    return code, time, counts, masses(method, state)
-
-
-@compiled
-def note(
-    notes: np.ndarray, counts: Counts, time: float, kind: float, side: float, speed: float
-) -> Counts:
-    """Write down an event and count it."""
-    row = notes[counts.events]
-    row[_WHEN] = time
-    row[_KIND] = kind
-    row[_WALL] = side
-    row[_SPEED] = speed
-    return Counts(counts.events + 1, counts.evaluations, counts.penetration)
-
-
-@compiled
-def count_evaluations(counts: Counts, evaluations: int) -> Counts:
-    """Count evaluations of the acceleration."""
-    return Counts(counts.events, counts.evaluations + evaluations, counts.penetration)
-
-
-@compiled
-def record_penetration(counts: Counts, depth: float) -> Counts:
-    """Take note of a distance beyond a wall."""
-    return Counts(counts.events, counts.evaluations, max(counts.penetration, depth))
-
-
-def fixed_step(
-    evaluations_per_second: float, method_of: Callable[[Damper, float, float], Any]
-) -> Solver:
-    """Make the solver of a method with a number of steps per forcing period.
-
-    `method_of` takes the damper, the length of a step and the end of the run.
-    """
-
-    def solve(scene: Scene, setting: float, max_evaluations: int) -> solution.Solution:
+    def solve(scene: Scene, setting: float, max_evaluations: int) -> Solution:
         p, s = scene.parameters, scene.state
-        damper = Damper(
-            p.mass_ratio, p.damping_ratio, p.frequency_ratio, p.clearance, p.restitution, p.phase
-        )
         step = p.cycle / float(setting)
-        span = Span(s.time, scene.until, step)
         # Neither the force, at most 1, nor the energy at the start can take x and v farther: they
         # grow by no more than 1 per unit of time.
         size = abs(s.x) + abs(s.v) + abs(s.y) + abs(s.u) + p.clearance
-        limit = _BLOWN_UP * (1.0 + p.mass_ratio) * (1.0 + size + (scene.until - s.time))
-        method, start = method_of(damper, step, scene.until), Masses(s.x, s.v, s.y, s.u)
-        code, rows = FULL, _ROWS
-        while code == FULL:
-            notes = np.empty((rows, 4))
-            most = int(max_evaluations)
-            code, reached, counts, end = march(method, start, span, limit, most, notes)
-            rows *= 16
-        notes = notes[: counts.events]
-        impacts = notes[notes[:, _KIND] == IMPACT]
-        return solution.Solution(
-            impact_times=impacts[:, _WHEN].copy(),
-            impact_sides=impacts[:, _WALL].copy(),
-            approach_speeds=impacts[:, _SPEED].copy(),
-            stick_times=notes[notes[:, _KIND] == STICK, _WHEN],
-            release_times=notes[notes[:, _KIND] == RELEASE, _WHEN],
-            end_state=np.array(end) if code == DONE else np.full(4, math.nan),
-            penetration=float(counts.penetration),
-            evaluations=int(counts.evaluations),
-            outcome=solution.OUTCOMES[code],
-            reached=float(reached),
+        run = method(
+            Problem(
+                *(p.mass_ratio, p.damping_ratio, p.frequency_ratio),
+                *(p.clearance, p.restitution, p.phase),
+                *(s.x, s.v, s.y, s.u, s.time, scene.until),
+                step=step,
+                steps=max(math.ceil((scene.until - s.time) / step - _SLIVER), 0),
+                limit=_BLOWN_UP * (1.0 + p.mass_ratio) * (1.0 + size + (scene.until - s.time)),
+                most=int(max_evaluations),
+            )
         )
+        return Solution(
+            end_state=np.array(run.end) if run.outcome == DONE else np.full(4, math.nan),
+            penetration=float(run.penetration),
+            evaluations=int(run.evaluations),
+            outcome=OUTCOMES[run.outcome],
+            reached=float(run.reached),
+        ).list_events(np.array(run.events)[1:])
 
-    return Solver("steps_per_period", evaluations_per_second, solve)
+    return Solver(evaluations_per_second, solve)
 
 
 @compiled
-def force_at(damper: Damper, time: float) -> float:
+def end_of(p: Problem, index: int) -> float:
+    """End of a step, which are counted from 1; of step 0 the start."""
+    return p.until if index == p.steps and index > 0 else p.start + index * p.step
+
+
+@compiled
+def has_blown_up(p: Problem, x: float, v: float) -> bool:
+    """Whether the primary is beyond the limit, or nowhere."""
+    return not (abs(x) <= p.limit and abs(v) <= p.limit)
+
+
+@compiled
+def force_at(p: Problem, time: float) -> float:
     """Return the forcing, of amplitude 1."""
-    return math.sin(damper.omega * time + damper.phase)
+    return math.sin(p.omega * time + p.phase)
 
 
 @compiled
 def rk4(
-    damper: Damper, mass: float, x: float, v: float, time: float, step: float
+    p: Problem, mass: float, x: float, v: float, time: float, step: float
 ) -> tuple[float, float]:
     """Return a classical Runge-Kutta step of mass x'' + 2 zeta x' + x = sin(omega t + phase).
 
@@ -249,10 +124,10 @@ def rk4(
     cancellation, and v(time + step) - v.
     """
     half = 0.5 * step
-    force1 = force_at(damper, time)
-    force2 = force_at(damper, time + half)
-    force3 = force_at(damper, time + step)
-    twice = 2.0 * damper.zeta
+    force1 = force_at(p, time)
+    force2 = force_at(p, time + half)
+    force3 = force_at(p, time + step)
+    twice = 2.0 * p.zeta
     a1 = (force1 - twice * v - x) / mass
     v2 = v + half * a1
     a2 = (force2 - twice * v2 - (x + half * v)) / mass
@@ -266,24 +141,33 @@ def rk4(
 
 @compiled
 def wall_acceleration(
-    damper: Damper, mass: float, x: float, v: float, time: float, side: float
-) -> tuple[float, ...]:
+    p: Problem, mass: float, x: float, v: float, time: float, side: float
+) -> tuple[float, float]:
     """How a wall accelerates towards the free mass, and how that changes: -side x'', -side x'''.
 
     Positive where masses that move as one stick.
     """
-    angle = damper.omega * time + damper.phase
-    a = (math.sin(angle) - 2.0 * damper.zeta * v - x) / mass
-    j = (damper.omega * math.cos(angle) - 2.0 * damper.zeta * a - v) / mass
+    angle = p.omega * time + p.phase
+    a = (math.sin(angle) - 2.0 * p.zeta * v - x) / mass
+    j = (p.omega * math.cos(angle) - 2.0 * p.zeta * a - v) / mass
     return -side * a, -side * j
 
 
 @compiled
-def sticks(a: float, j: float, rebound: float, longest: float) -> bool:
-    """Whether masses stick after an impact, from `wall_acceleration` and the rebound speed.
+def kick(p: Problem, side: float, speed: float) -> float:
+    """Change of the primary's velocity by an impact."""
+    return side * p.mu * (1.0 + p.r) / (1.0 + p.mu) * speed
 
-    They do where the flight back takes no more than the time `longest`.
+
+@compiled
+def sticks(
+    p: Problem, x: float, common: float, time: float, side: float, rebound: float, longest: float
+) -> bool:
+    """Whether masses stick after an impact: the wall pushes, and the flight back is short.
+
+    It takes no more than the time `longest`. `common` is the velocity of both once they stick.
     """
+    a, j = wall_acceleration(p, 1.0, x, common, time, side)
     return (a > 0.0 and 2.0 * rebound <= a * longest) or (rebound == 0.0 and a == 0.0 and j > 0.0)
 
 

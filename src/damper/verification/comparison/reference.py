@@ -7,38 +7,23 @@ only roundoff keeps it off: that is a start on the wall.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
-from typing import Any, NamedTuple
+from typing import Any
 
-import numpy as np
 from mpmath import mp, mpf
 
 from damper.models.walls import slack
 from damper.parameters import Parameters
 from damper.sweep.parts import PartData
 from damper.verification import reference
-from damper.verification.comparison.scene import Scene, read_scene
+from damper.verification.comparison.solvers import Scene, read_scene
 from damper.verification.reference import RESOLVED
-
-
-class Reference(NamedTuple):
-    """Events and final state of a scene, rounded once, as solutions are compared with it."""
-
-    impact_times: np.ndarray
-    """Times of impacts with an approach speed of at least `RESOLVED`."""
-    impact_sides: np.ndarray
-    """-1 left wall, +1 right wall."""
-    approach_speeds: np.ndarray
-    stick_times: np.ndarray
-    release_times: np.ndarray
-    final_state: np.ndarray
-    """x, v, y, u at the end of the scene."""
 
 
 def make_reference(scene: Scene, digits: int = 50) -> dict[str, Any]:
     """Compute a scene with rigid walls in many digits; the computation carries 15 more.
 
     Returns what JSON can hold, numbers as decimal strings with all their digits: the scene, and the
-    fields of `Reference`.
+    fields of `damper.verification.comparison.errors.Reference`.
     """
     start = _start(scene, digits)
     exact = reference.exact_run(
@@ -77,11 +62,6 @@ def run_part(needed: Sequence[PartData], scene: Mapping[str, Any], digits: int) 
 def gather(parts: Sequence[PartData], scenes: Sequence[str]) -> dict[str, Any]:
     """Return the references of all scenes by name, for a file that people read."""
     return {name: part.about for name, part in zip(scenes, parts, strict=True)}
-
-
-def as_floats(content: Mapping[str, Any]) -> Reference:
-    """Round what `make_reference` returned."""
-    return Reference(*(np.array([float(one) for one in content[n]]) for n in Reference._fields))
 
 
 def _values(scene: Scene) -> dict[str, float]:

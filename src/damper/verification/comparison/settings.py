@@ -18,7 +18,7 @@ from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.settings import Fixed
 from damper.study.study_file import ProductBase, StudyFile
-from damper.verification.comparison.solvers import SOLVERS
+from damper.verification.comparison import SOLVERS
 
 _NONE: dict[str, Any] = {}
 _HERE = "damper.verification.comparison"
@@ -48,7 +48,7 @@ class SceneSettings(StrictModel):
         return {name: self.parameters[name].number for name in ALL if name in self.parameters}
 
     def settings(self) -> dict[str, Any]:
-        """Return the arguments of `damper.verification.comparison.scene.read_scene`."""
+        """Return the arguments of `damper.verification.comparison.solvers.read_scene`."""
         return {"values": self.values, "until": self.until}
 
     def check_together(self, mistakes: Mistakes) -> None:
@@ -145,7 +145,7 @@ class Comparison(StudyFile):
             tuple(f"{kind}/{name}" for name in self.scenes) for kind in ("errors", "reference")
         )
         return {
-            "cube.nc": self._solvers_job("cube", self._described(), errors),
+            "cube.nc": self._solvers_job("runs", self._described(), errors),
             "references.json": Job(
                 f"{_HERE}.reference", {"scenes": list(self.scenes)}, needs=references
             ),
@@ -163,7 +163,7 @@ class Comparison(StudyFile):
             "cap": self.cap,
             "spend": self.spend,
         }
-        return {"timed/timings.nc": self._solvers_job("timings", settings)}
+        return {"timed/timings.nc": self._solvers_job("runs", settings)}
 
     def _described(self) -> dict[str, Any]:
         """Return what a dataset says of the study."""

@@ -11,16 +11,31 @@ from pydantic import Field
 from damper.analysis.labels import capital
 from damper.figures.common import panels
 from damper.figures.common.layout import wrap
-from damper.figures.common.style import PALE, label
+from damper.figures.common.style import BLACK, BLUE, ORANGE, PALE, VERMILION, label
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.study.fields import one_of
 from damper.study.products import Caption
 from damper.study.study_file import ProductBase, See
-from damper.verification.comparison.best import FILES
-from damper.verification.comparison.errors import GOOD, OUTCOMES
-from damper.verification.comparison.marks import FAILURES, line_of
+from damper.verification.comparison import GOOD, OUTCOMES
 
+#: One colour for a family of solvers; marker and line distinguish its members.
+SOLVER_MARKS: dict[str, dict[str, Any]] = {
+    "exact": {"color": BLACK, "marker": "o", "ls": "-"},
+    "rk4_step_end": {"color": ORANGE, "marker": "v", "ls": "--"},
+    "rk4_located": {"color": ORANGE, "marker": "^", "ls": "-"},
+    "dop853": {"color": BLUE, "marker": "s", "ls": "-"},
+    "moreau_jean": {"color": VERMILION, "marker": "<", "ls": "-"},
+}
+_LINE = {"ms": 3.2, "lw": 0.9, "mew": 0.0}
+#: Failure -> how it is called at the margin.
+FAILURES = {
+    "missed": "events missed",
+    "left_box": "beyond a wall",
+    "stalled": "stalled",
+    "capped": "capped",
+    "failed": "failed",
+}
 #: Errors below are drawn there: that is rounding.
 LEAST_ERROR = 1e-16
 _TOP = 1e1
@@ -42,7 +57,7 @@ _MEANINGS = {
 class WorkPrecision(ProductBase):
     """Error against run time, one panel for each scene and one line for each solver."""
 
-    reads: ClassVar[tuple[str, ...]] = FILES
+    reads: ClassVar[tuple[str, ...]] = ("cube.nc", "timed/timings.nc")
 
     error: Annotated[str, one_of(_MEANINGS), Field(description="Which error is shown.")] = (
         "state_error"
@@ -87,7 +102,7 @@ def _panel(ax: Axes, scene: xr.Dataset, error: str, strips: dict[str, float]) ->
     for solver in scene.solver.values.tolist():
         place = scene.sel(solver=solver)
         time, outcome = place.run_time.values, place.outcome.values
-        look = line_of(solver)
+        look = SOLVER_MARKS[solver] | _LINE
         shown = np.where(outcome == GOOD, np.clip(place[error].values, LEAST_ERROR, _TOP), np.nan)
         ax.plot(time, shown, **look, zorder=3)
         nothing &= not np.isfinite(shown).any()
@@ -112,14 +127,14 @@ def _scales(ax: Axes, times: np.ndarray, strips: dict[str, float]) -> None:
     texts = [r"$\leq 10^{-16}$", *(f"$10^{{{round(np.log10(t))}}}$" for t in _TICKS[1:-1]), "$1$"]
     ax.yaxis.set_major_locator(FixedLocator([*_TICKS, *strips.values()]))
     ax.yaxis.set_minor_locator(NullLocator())
-    ax.set_yticklabels([*texts, *(FAILURES[name][0] for name in strips)])
+    ax.set_yticklabels([*texts, *(FAILURES[name] for name in strips)])
     ax.xaxis.set_major_locator(LogLocator(numticks=8))
     ax.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _handles(place: xr.Dataset) -> list[Artist]:
     return [
-        panels.legend_line(label, **line_of(solver))
+        panels.legend_line(label, **(SOLVER_MARKS[solver] | _LINE))
         for solver, label in zip(place.solver.values, place.label.values, strict=True)
     ]
 

@@ -10,30 +10,25 @@ from damper.engine import segment
 from damper.engine.loop import SEARCH_FAILED
 from damper.engine.trajectory import LOG_ROWS
 from damper.models import start_run
-from damper.verification.comparison.scene import Scene
-from damper.verification.comparison.solution import CAPPED, FAILED, FINISHED, Solution
-from damper.verification.comparison.solvers import Solver
+from damper.verification.comparison.solvers import CAPPED, FAILED, FINISHED, Scene, Solution, Solver
 
 
 def solve(scene: Scene, setting: float, max_evaluations: int) -> Solution:
-    """Run a scene to the accuracy `setting`; see `damper.verification.comparison.solvers.Solver`.
+    """Run a scene to the accuracy `setting`.
 
     The evaluations are held against their limit after each piece of the log, which is shorter where
     the limit is low.
     """
     run = start_run(scene.parameters, scene.state, setting, max_evaluations)
-    found = Solution(penetration=0.0, outcome=FINISHED)
+    found = Solution(penetration=0.0)
     kept = [np.empty((0, 4))]
     buffer = np.empty((min(max(max_evaluations // 16, 1), LOG_ROWS), segment.COLUMNS))
     for log in run.segments(*run.whole_periods(scene.until), buffer):
         if len(log):
             starts = log[:, segment.PERIODS] * run.cycle + log[:, segment.TIME]
             events = log[:, segment.CAUSE] >= segment.IMPACT
-            kept.append(
-                np.column_stack(
-                    (starts[events], log[events][:, (segment.CAUSE, segment.SIDE, segment.SPEED)])
-                )
-            )
+            about = log[events][:, (segment.CAUSE, segment.SIDE, segment.SPEED)]
+            kept.append(np.column_stack((starts[events], about)))
             found.penetration = max(found.penetration, -float(log[:, segment.GAP].min()))
             found.reached = float(starts[-1] + log[-1, segment.DURATION])
         if run.evaluations > max_evaluations:
@@ -41,18 +36,12 @@ def solve(scene: Scene, setting: float, max_evaluations: int) -> Solution:
             break
     if run.status != 0:
         found.outcome = FAILED if run.status == SEARCH_FAILED else CAPPED
-
-    rows = np.concatenate(kept)
-    impacts = rows[rows[:, 1] == segment.IMPACT]
-    found.impact_times, found.impact_sides, found.approach_speeds = impacts[:, (0, 2, 3)].T.copy()
-    found.stick_times = rows[rows[:, 1] == segment.STICK, 0]
-    found.release_times = rows[rows[:, 1] == segment.RELEASE, 0]
     found.evaluations = run.evaluations
     if found.outcome == FINISHED:
         found.reached = scene.until
         end = run.state_at(*run.whole_periods(scene.until))
         found.end_state = np.array((end.x, end.v, end.y, end.u))
-    return found
+    return found.list_events(np.concatenate(kept))
 
 
-SOLVER = Solver("accuracy", 5e6, solve)
+SOLVER = Solver(5e6, solve)

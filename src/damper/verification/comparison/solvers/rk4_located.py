@@ -18,8 +18,6 @@ With a step so short that a bounce no longer moves the time, before sticking set
 stalled.
 """
 
-from typing import NamedTuple
-
 from damper.engine.compiled import compiled
 from damper.engine.roundoff import EPSILON
 from damper.engine.segment import IMPACT, NOTHING, RELEASE, STICK
@@ -27,84 +25,101 @@ from damper.models.walls import slack
 from damper.verification.comparison import fixed_step as steps
 
 _ITERATIONS = 100
+#: Events in a row without progress that make a stall.
+_IDLE = 100
 
 
-class Located(NamedTuple):
-    """The method."""
+@compiled
+def _run(p):
+    x, v, gap, rate, side, stuck, due = _start(p)
+    shortest = p.step * p.step * max(1.0, p.omega)
+    evaluations, deepest, outcome = 0, 0.0, steps.DONE
+    events = [steps.NO_EVENT]
+    index = idle = 0
+    # Start and end of the step, how much of it is done, and the time of the last event.
+    done = 0.0
+    time = opened = end = last = p.start
+    while True:
+        if due != NOTHING:
+            idle = 0 if time > last else idle + 1
+            last = time
+            if due == RELEASE:
+                stuck = False
+                events.append((time, RELEASE, side, 0.0))
+            else:
+                arrived = max(-rate, 0.0)
+                rate = p.r * arrived
+                if due == IMPACT:
+                    v += steps.kick(p, side, arrived)
+                    events.append((time, IMPACT, side, arrived))
+                common = v - side * p.mu / (1.0 + p.mu) * rate
+                evaluations += 1
+                stuck = steps.sticks(p, x, common, time, side, rate, shortest)
+                if stuck:
+                    v, rate = common, 0.0
+                    events.append((time, STICK, side, 0.0))
+            if idle >= _IDLE:
+                outcome = steps.STALL
+                break
+        left = (end - opened) - done
+        if left <= 0.0:
+            if index >= p.steps:
+                break
+            index += 1
+            opened = time = end
+            done, end = 0.0, steps.end_of(p, index)
+            left = end - opened
+        if evaluations >= p.most:
+            outcome = steps.CAP
+            break
+        (x, v, gap, rate, side, due), tau, more = _advance(
+            p, (x, v, gap, rate, side), stuck, time, left
+        )
+        evaluations += more
+        if not stuck:
+            deepest = max(deepest, -gap)
+        if due != NOTHING:
+            gap = 0.0
+        done = done + tau if due != NOTHING else end - opened
+        time = opened + done if due != NOTHING else end
+        if steps.has_blown_up(p, x, v):
+            outcome = steps.FAILURE
+            break
+    y = x + side * (p.d - gap)
+    return steps.Run(outcome, time, evaluations, deepest, (x, v, y, v - side * rate), events)
 
-    damper: steps.Damper
-    shortest: float
-    """Duration of the flight back up to which masses stay together after an impact."""
 
-
-class RelativeState(NamedTuple):
-    """State relative to a wall, as far as the masses are not stuck."""
-
-    x: float
-    v: float
-    gap: float
-    rate: float
-    side: float
-    stuck: bool
-    due: float
-    """What is about to happen: NOTHING, IMPACT, RELEASE, or STICK for a start in touch."""
-
-
-@steps.begin.of(Located)
-def _begin(method, start, time):
-    p = method.damper
-    x, v, y, u = start
-    side = steps.nearer_wall(x, y)
-    gap = p.d - side * (y - x)
-    rate = -side * (u - v)
-    if gap <= slack(p.d, x, y):
+@compiled
+def _start(p):
+    """State relative to the nearer wall, whether the masses are stuck, and what is due at once."""
+    side = steps.nearer_wall(p.x, p.y)
+    gap = p.d - side * (p.y - p.x)
+    rate = -side * (p.u - p.v)
+    if gap <= slack(p.d, p.x, p.y):
         gap = 0.0
-    if p.d == 0.0:
-        # Together for good, with no wall to leave.
-        return RelativeState(x, steps.common_velocity(p.mu, v, u), gap, 0.0, side, True, NOTHING)
+    if p.d == 0.0:  # together for good, with no wall to leave
+        return p.x, steps.common_velocity(p.mu, p.v, p.u), gap, 0.0, side, True, NOTHING
     due = NOTHING
     if gap == 0.0 and rate <= 0.0:
         due = IMPACT if rate < 0.0 else STICK
-    return RelativeState(x, v, gap, rate, side, False, due)
+    return p.x, p.v, gap, rate, side, False, due
 
 
-@steps.take_events.of(Located)
-def _take_events(method, state, time, index, notes, counts):
-    if state.due == NOTHING:
-        return state, counts
-    p = method.damper
-    x, v, gap, rate, side, _, due = state
-    if due == RELEASE:
-        counts = steps.note(notes, counts, time, RELEASE, side, 0.0)
-        return RelativeState(x, v, gap, rate, side, False, NOTHING), counts
-    arrived = max(-rate, 0.0)
-    rate = p.r * arrived
-    if due == IMPACT:
-        counts = steps.note(notes, counts, time, IMPACT, side, arrived)
-        v += side * p.mu * (1.0 + p.r) / (1.0 + p.mu) * arrived
-    common = v - side * p.mu / (1.0 + p.mu) * rate
-    counts = steps.count_evaluations(counts, 1)
-    a, j = steps.wall_acceleration(p, 1.0, x, common, time, side)
-    if not steps.sticks(a, j, rate, method.shortest):
-        return RelativeState(x, v, gap, rate, side, False, NOTHING), counts
-    counts = steps.note(notes, counts, time, STICK, side, 0.0)
-    return RelativeState(x, common, gap, 0.0, side, True, NOTHING), counts
+@compiled
+def _advance(p, state, stuck, time, left):
+    """Go to the end of the step, or up to an event before that.
 
-
-@steps.advance.of(Located)
-def _advance(method, state, piece, counts):
-    p = method.damper
-    x, v, gap, rate, side, stuck, _ = state
-    time, tau = piece.time, piece.left
+    Returns the state then with what is due, the duration, and evaluations.
+    """
+    x, v, gap, rate, side = state
+    tau, evaluations, due = left, 4, NOTHING
     mass = 1.0 + p.mu if stuck else 1.0
     curve, dv = steps.rk4(p, mass, x, v, time, tau)
-    evaluations = 4
-    due = NOTHING
     if stuck:
         if p.d > 0.0:
             evaluations += 1
-            a, _ = steps.wall_acceleration(p, mass, x + (v * tau + curve), v + dv, time + tau, side)
-            if a < 0.0:
+            x1 = x + (v * tau + curve)
+            if steps.wall_acceleration(p, mass, x1, v + dv, time + tau, side)[0] < 0.0:
                 due = RELEASE
     else:
         near = gap + (rate * tau + side * curve)
@@ -113,47 +128,35 @@ def _advance(method, state, piece, counts):
             if near > 2.0 * p.d:
                 side, gap, rate = -side, 2.0 * p.d - gap, -rate
     if due != NOTHING:
-        before = RelativeState(x, v, gap, rate, side, stuck, due)
-        tau, more = _find_end(p, before, time, piece.left)
+        tau, more = _find_end(p, (x, v, gap, rate, side), stuck, time, left)
         curve, dv = steps.rk4(p, mass, x, v, time, tau)
         evaluations += more + 4
-    counts = steps.count_evaluations(counts, evaluations)
     if not stuck:
         gap += rate * tau + side * curve
         rate += side * dv
-        counts = steps.record_penetration(counts, -gap)
     if due == RELEASE:
         rate = 0.0
-    if due != NOTHING:
-        gap = 0.0
-    after = RelativeState(x + (v * tau + curve), v + dv, gap, rate, side, stuck, due)
-    return after, counts, tau, due != NOTHING
-
-
-@steps.masses.of(Located)
-def _masses(method, state):
-    y = state.x + state.side * (method.damper.d - state.gap)
-    return steps.Masses(state.x, state.v, y, state.v - state.side * state.rate)
+    return (x + (v * tau + curve), v + dv, gap, rate, side, due), tau, evaluations
 
 
 @compiled
-def _find_end(damper, state, time, left):
+def _find_end(p, state, stuck, time, left):
     """Length of the step that ends on the wall, or where the contact force of stuck masses is zero.
 
     For a step that would end beyond that. A start on the wall counts as before it: the root sought
     is the later one.
     """
-    x, v, gap, rate, side, stuck, _ = state
-    mass = 1.0 + damper.mu if stuck else 1.0
+    x, v, gap, rate, side = state
+    mass = 1.0 + p.mu if stuck else 1.0
     low = 0.0
     high = left
     evaluations = 0
     tau = high
     for iteration in range(_ITERATIONS):
-        curve, dv = steps.rk4(damper, mass, x, v, time, tau)
+        curve, dv = steps.rk4(p, mass, x, v, time, tau)
         if stuck:
             x1 = x + (v * tau + curve)
-            value, slope = steps.wall_acceleration(damper, mass, x1, v + dv, time + tau, side)
+            value, slope = steps.wall_acceleration(p, mass, x1, v + dv, time + tau, side)
         else:
             value = gap + (rate * tau + side * curve)
             slope = rate + side * dv
@@ -173,6 +176,4 @@ def _find_end(damper, state, time, left):
     return tau, evaluations
 
 
-SOLVER = steps.fixed_step(
-    3e7, lambda damper, step, until: Located(damper, step * step * max(1.0, damper.omega))
-)
+SOLVER = steps.fixed_step(3e7, _run)

@@ -14,90 +14,66 @@ show that flight. Both masses are then one oscillator, at a constant distance. A
 at which the wall no longer pushes they part.
 """
 
-from typing import NamedTuple
-
+from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, RELEASE, STICK
 from damper.models.walls import slack
 from damper.verification.comparison import fixed_step as steps
 
 
-class StepEnd(NamedTuple):
-    """The method."""
-
-    damper: steps.Damper
-    step: float
-
-
-class StepEndState(NamedTuple):
-    """State at the end of a step."""
-
-    x: float
-    v: float
-    y: float
-    u: float
-    side: float
-    stuck: bool
-    offset: float
-    """y - x of masses that move as one."""
-
-
-@steps.begin.of(StepEnd)
-def _begin(method, start, time):
-    x, v, y, u = start
-    if method.damper.d > 0.0:
-        return StepEndState(x, v, y, u, 0.0, False, 0.0)
-    # Together for good, with no wall to leave.
-    v = steps.common_velocity(method.damper.mu, v, u)
-    return StepEndState(x, v, y, v, 0.0, True, y - x)
-
-
-@steps.take_events.of(StepEnd)
-def _take_events(method, state, time, index, notes, counts):
-    p = method.damper
-    x, v, y, u, side, stuck, offset = state
-    if stuck:
-        if side != 0.0:
-            counts = steps.count_evaluations(counts, 1)
-            a, _ = steps.wall_acceleration(p, 1.0 + p.mu, x, v, time, side)
-            if a < 0.0:
-                stuck = False
-                counts = steps.note(notes, counts, time, RELEASE, side, 0.0)
-        return StepEndState(x, v, y, u, side, stuck, offset), counts
-    side = steps.nearer_wall(x, y)
-    depth = side * (y - x) - p.d
-    counts = steps.record_penetration(counts, depth)
-    speed = side * (u - v)
-    touches = depth >= 0.0 and speed > 0.0
-    if index == 0:
-        touches = depth >= -slack(p.d, x, y) and speed >= 0.0
-    if touches:
-        rebound = p.r * speed
-        if speed > 0.0:
-            counts = steps.note(notes, counts, time, IMPACT, side, speed)
-            v += side * p.mu * (1.0 + p.r) / (1.0 + p.mu) * speed
-            u = v - side * rebound
-        common = steps.common_velocity(p.mu, v, u)
-        counts = steps.count_evaluations(counts, 1)
-        a, j = steps.wall_acceleration(p, 1.0, x, common, time, side)
-        if steps.sticks(a, j, rebound, method.step):
-            stuck = True
-            offset = y - x
-            v = u = common
-            counts = steps.note(notes, counts, time, STICK, side, 0.0)
-    return StepEndState(x, v, y, u, side, stuck, offset), counts
+@compiled
+def _run(p):
+    x, v, y, u = p.x, p.v, p.y, p.u
+    stuck, side, offset = False, 0.0, 0.0
+    evaluations, deepest, index, outcome = 0, 0.0, 0, steps.DONE
+    events = [steps.NO_EVENT]
+    time = p.start
+    if p.d == 0.0:  # together for good, with no wall to leave
+        stuck, offset = True, y - x
+        v = u = steps.common_velocity(p.mu, v, u)
+    while True:
+        if stuck and side != 0.0:
+            evaluations += 1
+            stuck = steps.wall_acceleration(p, 1.0 + p.mu, x, v, time, side)[0] >= 0.0
+            if not stuck:
+                events.append((time, RELEASE, side, 0.0))
+        elif not stuck:
+            side = steps.nearer_wall(x, y)
+            depth, speed = side * (y - x) - p.d, side * (u - v)
+            deepest = max(deepest, depth)
+            touches = depth >= 0.0 and speed > 0.0
+            if index == 0:
+                touches = depth >= -slack(p.d, x, y) and speed >= 0.0
+            if touches:
+                rebound = p.r * speed
+                if speed > 0.0:
+                    events.append((time, IMPACT, side, speed))
+                    v += steps.kick(p, side, speed)
+                    u = v - side * rebound
+                common = steps.common_velocity(p.mu, v, u)
+                evaluations += 1
+                if steps.sticks(p, x, common, time, side, rebound, p.step):
+                    stuck, offset = True, y - x
+                    v = u = common
+                    events.append((time, STICK, side, 0.0))
+        if index == p.steps:
+            break
+        if evaluations >= p.most:
+            outcome = steps.CAP
+            break
+        index += 1
+        h = steps.end_of(p, index) - time
+        curve, dv = steps.rk4(p, 1.0 + p.mu if stuck else 1.0, x, v, time, h)
+        evaluations += 4
+        x = x + (v * h + curve)
+        v = v + dv
+        y = x + offset if stuck else y + u * h
+        if stuck:
+            u = v
+        time = steps.end_of(p, index)
+        if steps.has_blown_up(p, x, v):
+            outcome = steps.FAILURE
+            break
+    return steps.Run(outcome, time, evaluations, deepest, (x, v, y, u), events)
 
 
-@steps.advance.of(StepEnd)
-def _advance(method, state, piece, counts):
-    p, h = method.damper, piece.left
-    x, v, y, u, side, stuck, offset = state
-    mass = 1.0 + p.mu if stuck else 1.0
-    curve, dv = steps.rk4(p, mass, x, v, piece.time, h)
-    x = x + (v * h + curve)
-    v = v + dv
-    y = x + offset if stuck else y + u * h
-    after = StepEndState(x, v, y, v if stuck else u, side, stuck, offset)
-    return after, steps.count_evaluations(counts, 4), h, False
-
-
-SOLVER = steps.fixed_step(3e7, lambda damper, step, until: StepEnd(damper, step))
+SOLVER = steps.fixed_step(3e7, _run)

@@ -11,7 +11,8 @@ from damper.analysis.labels import capital, label_of, short
 from damper.parameters.lazy import pd, xr
 from damper.study.study_file import ProductBase
 from damper.tables import Table
-from damper.verification.comparison.errors import GOOD, MEASURES, OUTCOMES
+from damper.verification.comparison import GOOD, OUTCOMES
+from damper.verification.comparison.errors import MEASURES
 
 _HEADS = {
     "impact_time_error": "impact times",
