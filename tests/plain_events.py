@@ -288,9 +288,9 @@ def assert_observed(scene: Scene, asked: Mapping[str, Mapping[str, Any]]) -> dic
     for name, settings in asked.items():
         expected |= EXPECTED[name](scene, **settings)
     if "burst_onset" in found:
-        whole, rest = found["burst_onset_period"], found["burst_onset_time_in_period"]
-        expected["burst_onset_period"] = (found["burst_onset"] - rest) / scene.cycle
-        expected["burst_onset_time_in_period"] = found["burst_onset"] - whole * scene.cycle
+        whole, rest = found["burst_onset_cycle"], found["burst_onset_time_in_cycle"]
+        expected["burst_onset_cycle"] = (found["burst_onset"] - rest) / scene.cycle
+        expected["burst_onset_time_in_cycle"] = found["burst_onset"] - whole * scene.cycle
         listed = np.isfinite(rest)
         assert ((rest >= 0.0) & (rest < scene.cycle))[listed].all()
         assert (whole % 1.0 == 0.0)[listed].all()

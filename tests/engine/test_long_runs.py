@@ -80,12 +80,12 @@ def test_events_many_periods_later_are_the_same_bits(name: str, periods: int) ->
     assert count > 10
     assert max(len(here), len(there)) <= count + 1
     here, there = here[:count], there[:count]
-    for field in ("kind", "side", "approach_speed", "x", "v", "time_in_period"):
+    for field in ("kind", "side", "approach_speed", "x", "v", "time_in_cycle"):
         assert np.array_equal(here[field], there[field]), field
-    assert np.array_equal(here["period"] + int(whole), there["period"])
-    assert np.array_equal(there["time"], there["period"] * p.cycle + there["time_in_period"])
-    assert (there["time_in_period"] >= 0.0).all()
-    assert (there["time_in_period"] < p.cycle).all()
+    assert np.array_equal(here["cycle"] + int(whole), there["cycle"])
+    assert np.array_equal(there["time"], there["cycle"] * p.cycle + there["time_in_cycle"])
+    assert (there["time_in_cycle"] >= 0.0).all()
+    assert (there["time_in_cycle"] < p.cycle).all()
 
 
 def test_the_stopped_row_counts_its_periods() -> None:
@@ -98,8 +98,8 @@ def test_the_stopped_row_counts_its_periods() -> None:
         last = damper.events(p, late, until=until, max_events=limit)[-1]
         following = whole[limit]
         assert last["kind"] == 3
-        turns = int(following["period"] - last["period"])
-        apart = turns * p.cycle + (following["time_in_period"] - last["time_in_period"])
+        turns = int(following["cycle"] - last["cycle"])
+        apart = turns * p.cycle + (following["time_in_cycle"] - last["time_in_cycle"])
         assert abs(apart) < 1e-13
 
 
@@ -248,7 +248,7 @@ def test_a_slow_mass_hits_after_thousands_of_cycles(count: int | None) -> None:
             return mp.mpf(p.clearance) - (mp.mpf(y) + mp.mpf(u) * t - mp.im(exact * mp.expj(w * t)))
 
         cycle = 2 * mp.pi / mp.mpf(w)
-        guess = int(hit["period"]) * cycle + mp.mpf(float(hit["time_in_period"]))
+        guess = int(hit["cycle"]) * cycle + mp.mpf(float(hit["time_in_cycle"]))
         time = mp.findroot(gap, guess)
         assert abs(time - guess) < 3e-12
         # Nothing before it: the gap of the cycle before stays open.

@@ -302,7 +302,7 @@ def test_a_release_is_where_the_contact_force_vanishes_however_heavy_the_support
         x, v, side = float(row["x"]), float(row["v"]), int(row["side"])
         spring = p.support_stiffness_ratio * (x + side * p.clearance)
         dashpots = 2.0 * (p.damping_ratio + p.support_damping_ratio) * v
-        force = math.sin(p.frequency_ratio * row["time_in_period"]) - dashpots - x - spring
+        force = math.sin(p.frequency_ratio * row["time_in_cycle"]) - dashpots - x - spring
         common = force / (1.0 + p.mass_ratio)
         contact = p.mass_ratio * common + 2.0 * p.support_damping_ratio * v + spring
         assert abs(contact) < 1e-12

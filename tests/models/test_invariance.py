@@ -123,8 +123,8 @@ def test_later(model: str, data: st.DataObject, power: int) -> None:
     # The end of a late run is rounded: a run may hold an event more than the other.
     count = min(len(here), len(there))
     assert abs(len(here) - len(there)) <= 1
-    here["period"] += periods
-    here["time"] = here["period"] * p.cycle + here["time_in_period"]
+    here["cycle"] += periods
+    here["time"] = here["cycle"] * p.cycle + here["time_in_cycle"]
     assert_same_bits(here[:count], there[:count])
 
 
@@ -143,7 +143,7 @@ def test_in_other_units(model: str, data: st.DataObject, powers: tuple[int, int,
         assume(False)
     units = si.units
     assert units.time == 2.0 ** (mass - stiffness)
-    sizes = dict.fromkeys(("time", "time_in_period"), units.time)
+    sizes = dict.fromkeys(("time", "time_in_cycle"), units.time)
     sizes |= {"x": units.length, "v": units.speed, "approach_speed": units.speed}
     y, u = (
         tuple(a * c for a in b) if isinstance(b, tuple) else b * c

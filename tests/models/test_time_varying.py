@@ -81,8 +81,8 @@ def test_a_shift_by_whole_periods_of_the_modulation_changes_no_bit() -> None:
     def rows_from(periods: float) -> np.ndarray:
         start = periods * p.cycle  # exact for a power of two
         rows = events(p, State(0.01, 0.0, 0.0, 0.0, start), until=start + until, max_events=30)
-        assert rows["period"][0] >= periods
-        return rows[["kind", "time_in_period", "x", "v", "approach_speed"]][:-1]
+        assert rows["cycle"][0] >= periods
+        return rows[["kind", "time_in_cycle", "x", "v", "approach_speed"]][:-1]
 
     assert np.array_equal(rows_from(0.0), rows_from(4.0))
     assert np.array_equal(rows_from(0.0), rows_from(2.0**20))

@@ -165,7 +165,7 @@ def test_units_of_lengths_speeds_and_times(whole: xr.Dataset) -> None:
     }
     times = {
         "burst_onset",
-        "burst_onset_time_in_period",
+        "burst_onset_time_in_cycle",
         "burst_accumulation_time",
         "burst_duration",
         "burst_sticking_time",

@@ -204,7 +204,7 @@ def test_a_run_in_si_is_the_dimensionless_one_in_other_units(model: str, force: 
         ratios = events(p, state, until=until * units.time / units.time, max_events=most)
         assert found.dtype == ratios.dtype
         of = {"x": units.length, "v": units.speed, "approach_speed": units.speed}
-        of |= {"time": units.time, "time_in_period": units.time}
+        of |= {"time": units.time, "time_in_cycle": units.time}
         for name in found.dtype.names:
             np.testing.assert_array_equal(found[name], ratios[name] * of.get(name, 1), name)
 

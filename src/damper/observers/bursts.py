@@ -34,7 +34,7 @@ _STATE = record_type(
     "wall",
     "earlier_wall",
     "first_speed",
-    "onset_periods",
+    "onset_cycles",
     "onset_time",
     "last_periods",
     "last_time",
@@ -52,9 +52,9 @@ _NONE, _EARLIER, _UNKNOWN = 0.0, 2.0, 3.0
 #: Columns of the list of bursts, in their order.
 RECORDS = (
     Variable("burst_onset", "time of the first impact since the start of the window", TIME_UNIT),
-    Variable("burst_onset_period", "whole cycles in the time of the first impact", "1"),
+    Variable("burst_onset_cycle", "whole cycles in the time of the first impact", "1"),
     Variable(
-        "burst_onset_time_in_period",
+        "burst_onset_time_in_cycle",
         "rest of the time of the first impact, sharp in long records",
         TIME_UNIT,
     ),
@@ -278,7 +278,7 @@ def _strike(model, s, thresholds, state, counts):
     if state.wall == _NONE:
         state.wall = s.side
         state.first_speed = s.speed
-        state.onset_periods = s.periods
+        state.onset_cycles = s.periods
         state.onset_time = s.time
         for k in range(len(fractions)):
             visible[0, k] = 0
@@ -301,11 +301,11 @@ def _close(model, window, s, outcome, state, counts, listed):
     number = int(state.listed)
     if number < len(listed):
         burst = listed[number]
-        whole = state.onset_periods - window.periods
+        whole = state.onset_cycles - window.periods
         whole, rest = _carried(model.cycle, whole, state.onset_time - window.time)
         burst.onset = whole * model.cycle + rest
-        burst.onset_period = whole
-        burst.onset_time_in_period = rest
+        burst.onset_cycle = whole
+        burst.onset_time_in_cycle = rest
         burst.wall = state.wall
         burst.first_speed = state.first_speed
         burst.visible_impacts = counts[0][0, 0]
@@ -313,11 +313,11 @@ def _close(model, window, s, outcome, state, counts, listed):
         if outcome == 2:
             burst.accumulation_time = since(s, model.cycle, window.periods, window.time)
             burst.accumulation_displacement = s.x
-            burst.duration = since(s, model.cycle, state.onset_periods, state.onset_time)
+            burst.duration = since(s, model.cycle, state.onset_cycles, state.onset_time)
             state.open = number
             state.open_sticking = 0.0
         else:
-            whole = state.last_periods - state.onset_periods
+            whole = state.last_periods - state.onset_cycles
             burst.duration = whole * model.cycle + (state.last_time - state.onset_time)
         state.listed += 1.0
     _judge(counts, outcome)

@@ -111,7 +111,7 @@ def _show(parameters: Any, until: float, csv: str | None, plot: str | None) -> N
     if not (csv or plot or len(table)):
         click.echo(f"No event until {until:g}.")
     elif not (csv or plot):
-        click.echo(table.drop(columns=["period", "time_in_period"]).to_string(index=False))
+        click.echo(table.drop(columns=["cycle", "time_in_cycle"]).to_string(index=False))
 
 
 @main.command()

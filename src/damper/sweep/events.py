@@ -26,8 +26,8 @@ EVENT = np.dtype(
         ("approach_speed", "f8"),
         ("x", "f8"),
         ("v", "f8"),
-        ("period", "i8"),
-        ("time_in_period", "f8"),
+        ("cycle", "i8"),
+        ("time_in_cycle", "f8"),
     ]
 )
 #: Of a damper with several free masses: number of the one that it happens to, from 0.
@@ -43,7 +43,7 @@ _SIZES = {
     "approach_speed": "speed",
     "x": "length",
     "v": "speed",
-    "time_in_period": "time",
+    "time_in_cycle": "time",
 }
 
 
@@ -136,8 +136,8 @@ class Started:
         piece["approach_speed"] = rows[:, segment.SPEED]
         piece["x"] = rows[:, segment.X]
         piece["v"] = rows[:, segment.V]
-        piece["period"] = rows[:, segment.PERIODS]
-        piece["time_in_period"] = rows[:, segment.TIME]
+        piece["cycle"] = rows[:, segment.PERIODS]
+        piece["time_in_cycle"] = rows[:, segment.TIME]
         if self._dtype == EVENT_OF_SEVERAL:
             piece["body"] = rows[:, segment.COLUMNS]
         return piece
@@ -202,8 +202,8 @@ def events(
         numbers); `side` -1 left wall, +1 right (0 where there is
         none); `approach_speed` just before an impact, else 0; `x` and `v`, the
         primary's displacement and velocity just after; `period` whole cycles P (of `cycle`) from
-        time 0 and `time_in_period` with 0 <= `time_in_period` < P. These two stay sharp after
-        any number of cycles, while `time` is the rounded sum period * P + time_in_period. A
+        time 0 and `time_in_cycle` with 0 <= `time_in_cycle` < P. These two stay sharp after
+        any number of cycles, while `time` is the rounded sum cycle * P + time_in_cycle. A
         completed burst is its individually resolved impacts and then one stick row at the
         accumulation time. With several masses there is also `body`, the number of the one that it
         happens to, from 0 (-1 where none is): what happens to several at one instant is as many
