@@ -120,7 +120,7 @@ def test_the_law_of_decay_answers_whether_its_gap_fits_or_not(room: float, gap: 
     found = damper.design(**given, quick=True)
     rho = 2.0 / math.pi * 0.7 / 1.3
     assert found.gap == gap == min(room, float(f"{0.004 * math.hypot(1.0, rho) / rho:.4g}"))
-    assert 0.0 < found.law < found.without
+    assert 0.0 < found.closed_form < found.without
 
 
 def test_the_best_material_is_named_with_its_origin() -> None:

@@ -16,7 +16,7 @@ from damper.sweep.cube import gather
 from damper.sweep.record import record
 from damper.sweep.slices import simulate_slice
 from damper.tables import make
-from damper.theory.noise import intensity, laws, missing_part
+from damper.theory.noise import intensity, means, missing_part
 
 DAMPER = {"mass_ratio": 0.2, "damping_ratio": 0.1, "frequency_ratio": 1.0, "clearance": 3.0}
 NOISE = damper.Noise(seed=0, step=0.1, duration=160.0, band=(0.0, 6.0))
@@ -51,7 +51,7 @@ def test_means_of_a_small_study_have_their_laws(cube: xr.Dataset) -> None:
     assert (known["upper"] - known["lower"]).loc[(1.0, "mean_kinetic_energy")] < 0.5
     assert (known["in_band"] <= known["white"]).all()
     half = data[(data["restitution"] == 0.6) & (data["mean"] == "mean_kinetic_energy")]
-    assert half["upper"].item() < laws(at(1.0))["mean_kinetic_energy"]
+    assert half["upper"].item() < means(at(1.0))["mean_kinetic_energy"]
     table = make("statistics", {"cube": cube})
     assert len(table.data) == 2 * 9
     text = table.markdown()
@@ -63,10 +63,10 @@ def test_the_figure_shows_means_over_their_laws(cube: xr.Dataset, tmp_path) -> N
     figure = drawn("statistics", cube, along="restitution")
     data = means_under_noise(cube).set_index(["mean", "restitution"])
     left, right = figure.axes
-    alone = laws(at(1.0))["mean_kinetic_energy"]
+    alone = means(at(1.0))["mean_kinetic_energy"]
     for ax, name, size in (
         (left, "mean_potential_energy", alone),
-        (right, "mean_loss", laws(at(1.0))["mean_input"]),
+        (right, "mean_loss", means(at(1.0))["mean_input"]),
     ):
         points, _, (bars,) = ax.containers[0]
         np.testing.assert_allclose(points.get_ydata().astype(float), data.loc[name, "value"] / size)
@@ -123,7 +123,7 @@ def test_power_is_that_of_the_linear_primary_in_the_band() -> None:
 )
 def test_what_the_laws_do_not_know_is_refused(changes: dict[str, Any], words: str) -> None:
     with pytest.raises(ValueError, match=words):
-        laws(at(1.0, **changes))
+        means(at(1.0, **changes))
 
 
 def under_independent_samples(

@@ -12,7 +12,7 @@ from damper.observers.common.limits import mean_within
 from damper.observers.statistics import MEANS
 from damper.parameters.lazy import pd, xr
 from damper.sweep.record import observers_of
-from damper.theory.noise import laws, missing_part
+from damper.theory.noise import means, missing_part
 
 
 def means_under_noise(cube: xr.Dataset) -> pd.DataFrame:
@@ -51,15 +51,15 @@ def means_under_noise(cube: xr.Dataset) -> pd.DataFrame:
         damper, units = damper_at(one)
         rate = float(np.mean(place.impact_rate)) / damper.cycle
         missing = missing_part(damper, rate)  # infinite where bursts complete
-        white, in_band = laws(damper), laws(damper, missing if missing < 1.0 else 0.0)
+        white, in_band = means(damper), means(damper, missing if missing < 1.0 else 0.0)
         for name, (_, unit, *_) in MEANS.items():
             size = units.size(unit)
             value, error = _mean(place, name, confidence)
-            law, least = (found.get(name, math.nan) * size for found in (white, in_band))
+            most, least = (found.get(name, math.nan) * size for found in (white, in_band))
             row = {"mean": name, "value": value, "lower": value - error, "upper": value + error}
-            row |= {"white": law, "in_band": least}
-            inside = value - error <= law and least <= value + error
-            row["holds"] = None if math.isnan(law) else inside
+            row |= {"white": most, "in_band": least}
+            inside = value - error <= most and least <= value + error
+            row["holds"] = None if math.isnan(most) else inside
             rows.append(where | row)
     return pd.DataFrame(rows)
 

@@ -46,7 +46,7 @@ class Design:
     """The damper of a machine: sizes, what it will do, how wrong things may be. Made by `design`.
 
     Numbers are in SI units, which `units` names; NaN is not known. `worst`, `without`, `as_built`
-    and `law` are of what counts: largest or rms displacement in the band, or time of decay.
+    and `closed_form` are of what counts: largest or rms displacement in the band, or time of decay.
     """
 
     machine: Machine
@@ -63,7 +63,7 @@ class Design:
     as_built: float = _number("as built: the same without tolerances", "*")
     fresh_share: float = _number("fresh random runs above the worst case", "%")
     fresh_ratio: float = _number("the largest fresh run, over the worst case")
-    law: float = _number("by the closed form", "*")
+    closed_form: float = _number("by the closed form", "*")
     band_ratio: float = _number("largest over that without damper, in the band")
     outside_ratio: float = _number("the same outside of the band")
     outside_frequency: float = _number("largest outside at", "Hz")
@@ -211,7 +211,7 @@ def design(
     >>> found = damper.design(mass=100, stiffness=4e6, damping_ratio=0.02, force_amplitude=200,
     ...                       band=[25, 40], largest_mass=10, largest_gap=5e-3, restitution=0.3,
     ...                       quick=True)
-    >>> round(found.gap, 6), found.units["gap"], round(found.law, 6)
+    >>> round(found.gap, 6), found.units["gap"], round(found.closed_form, 6)
     (0.001055, 'm', 0.000181)
     """
     judge = WorstCase(machine_from(machine, given))
@@ -283,21 +283,23 @@ def _by_closed_forms(judge: WorstCase) -> Design:
     dampers = [
         Sizes(m.largest_mass, min(rounded(gap, DIGITS), m.largest_gap), r) for gap, r in every
     ]
-    laws = [judge.law(damper) for damper in dampers]
+    closed_forms = [judge.closed_form(damper) for damper in dampers]
     # Of a large motion that is possible as well the least, then that of the closed form.
     values = [
-        (law.get("largest", law["value"]), law["value"]) if law else (math.inf,) for law in laws
+        (form.get("largest", form["value"]), form["value"]) if form else (math.inf,)
+        for form in closed_forms
     ]
-    best = min(range(len(laws)), key=values.__getitem__)
-    damper, law = dampers[best], laws[best]
-    if not law:
+    best = min(range(len(dampers)), key=values.__getitem__)
+    damper, closed_form = dampers[best], closed_forms[best]
+    if not closed_form:
         low, high = m.band or (0.0, 0.0)
         raise ValueError(
             f"band = [{low:g}, {high:g}] Hz: the closed forms hold at the natural frequency, "
             f"{m.rate / math.tau:.4g} Hz: must be a band around it; or leave out quick"
         )
     of_each = [(one, found[0]) for one, found in zip(dampers, values, strict=True)]
-    found = _design(judge, damper, quick=True, law=law["value"], warnings=_by_size(judge, damper))
+    warnings = _by_size(judge, damper)
+    found = _design(judge, damper, quick=True, closed_form=closed_form["value"], warnings=warnings)
     return replace(found, materials=_materials(m, of_each))
 
 
@@ -335,15 +337,15 @@ def _design(judge: WorstCase, damper: Sizes, quick: bool, **numbers: Any) -> Des
 
 def _by_size(judge: WorstCase, damper: Sizes) -> tuple[str, ...]:
     """Warnings that need no runs."""
-    m, law, found = judge.machine, judge.law(damper), []
+    m, closed_form, found = judge.machine, judge.closed_form(damper), []
     if damper.gap >= 0.999 * m.largest_gap:
         asked = text_of(judge.closed_form_gap(damper.mass, damper.restitution), "m")
-        more = "" if m.is_recorded else f"; the law asks for {asked}"
+        more = "" if m.is_recorded else f"; the closed form asks for {asked}"
         found.append(f"The gap is as large as there is room for{more}.")
-    if law.get("largest", 0.0) > 1.05 * law.get("value", math.inf):
+    if closed_form.get("largest", 0.0) > 1.05 * closed_form.get("value", math.inf):
         found.append(
-            f"By the closed form {text_of(law['largest'], m.measured[1])} are possible as well: a "
-            "machine that comes from such a motion may stay in it."
+            f"By the closed form {text_of(closed_form['largest'], m.measured[1])} are possible as "
+            "well: a machine that comes from such a motion may stay in it."
         )
     return tuple(found)
 
@@ -380,7 +382,7 @@ def _answer(search: Search, damper: Sizes) -> Design:
     every = search.every_run(damper)
     studies = {"worst_case": judge.worst_case(damper), "check": judge.check(damper)}
     cube = cube_of(studies["worst_case"])
-    numbers: dict[str, Any] = {"law": judge.law(damper).get("value", math.nan)}
+    numbers: dict[str, Any] = {"closed_form": judge.closed_form(damper).get("value", math.nan)}
     frequency = 0.0
     if judge.machine.is_free:
         studies["envelope"] = judge.envelope(damper)
@@ -659,7 +661,7 @@ def _warnings(judge: WorstCase, damper: Sizes, numbers: Mapping[str, Any]) -> tu
 
 def _checked(found: Design) -> Design:
     """Return it; ValueError where it is not within the limit, with what would be feasible."""
-    m, value = found.machine, found.law if found.quick else found.worst
+    m, value = found.machine, found.closed_form if found.quick else found.worst
     most = math.inf if m.limit is None else m.limit
     if value <= most and not math.isinf(value):
         return found

@@ -106,9 +106,9 @@ class Search:
         step = math.log(self._grid.ratio) * (len(m.restitutions) if self._grid is _BAND else 1)
         for part, restitution in product(self._grid.masses, m.restitutions):
             mass = self._mass(part * m.largest_mass)
-            law = self.judge.closed_form_gap(mass, restitution) * self.judge.distance
-            high = min(_GAPS[1] * law, m.largest_gap)
-            low = min(max(_GAPS[0] * min(law, high), m.gap_tolerance), high)
+            gap = self.judge.closed_form_gap(mass, restitution) * self.judge.distance
+            high = min(_GAPS[1] * gap, m.largest_gap)
+            low = min(max(_GAPS[0] * min(gap, high), m.gap_tolerance), high)
             count = math.ceil(math.log(high / low) / step) + 1
             made += self._dampers([mass], np.geomspace(low, high, count).tolist(), [restitution])
         return made

@@ -131,7 +131,7 @@ class WorstCase:
             return 1.0
         return min(max(map(m.undamped, self.band)) / self.least, 1.0)
 
-    def law(self, damper: Sizes) -> dict[str, float]:
+    def closed_form(self, damper: Sizes) -> dict[str, float]:
         """What the closed forms say of a damper, of what counts; nothing where they hold not."""
         m = self.machine
         if m.is_free:
@@ -197,8 +197,8 @@ class WorstCase:
             alone = -math.log(m.decay_to) / m.damping_ratio if m.damping_ratio else math.inf
             most = m.largest_mass
             slowest = (Sizes(most, self.closed_form_gap(most, r), r) for r in m.restitutions)
-            law = m.rate * max(map(self._decay_time, slowest))
-            cycles = min(1.1 * alone, _SLOWER * law) / (2.0 * math.pi)
+            longest = m.rate * max(map(self._decay_time, slowest))
+            cycles = min(1.1 * alone, _SLOWER * longest) / (2.0 * math.pi)
             return {"transient": 0, "periods": math.ceil(cycles) + 5}
         if m.is_recorded:  # an rms is over the record, a peak may follow it
             after = 0.0 if m.counts == "rms_displacement" else _AFTER * math.tau / m.rate

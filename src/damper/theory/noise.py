@@ -41,7 +41,7 @@ def intensity(parameters: Parameters) -> float:
     --------
     >>> noise = Noise(seed=1, step=0.1, duration=600.0, band=(0.0, 6.0))
     >>> p = Parameters(0.1, 0.05, 1.0, clearance=3.0, restitution=1.0, forcing=noise)
-    >>> round(intensity(p), 4), round(laws(p)["mean_kinetic_energy"], 4)
+    >>> round(intensity(p), 4), round(means(p)["mean_kinetic_energy"], 4)
     (0.2618, 1.309)
     """
     require_basic(parameters, "force_amplitude", "forcing")
@@ -103,7 +103,7 @@ def _exponent(speed: float, ratio: float) -> float:
     return speed / ratio + math.log1p(-ratio * speed) / ratio**2
 
 
-def laws(parameters: Parameters, missing: float = 0.0) -> dict[str, float]:
+def means(parameters: Parameters, missing: float = 0.0) -> dict[str, float]:
     """Means of the observer `statistics` under white noise, in its units.
 
     With a restitution below 1 only power in and losses are known. `missing` is the part of the
