@@ -18,7 +18,7 @@ from damper.engine.search import GAVE_UP, HORIZON
 from damper.engine.segment import FLIGHT, NOTHING, STICK, STICKING, TAIL
 from damper.models.several.bodies import (
     ALONE,
-    BODY,
+    ARRIVES,
     CAUSE,
     CLEARANCE,
     COMPLETION,
@@ -32,8 +32,9 @@ from damper.models.several.bodies import (
     SIDE,
     SLIP_DIRECTION,
     VELOCITY,
+    WIDTH,
     Several,
-    begin,
+    begin_after,
     restitution_of,
 )
 from damper.models.several.bodies import prepare as prepare
@@ -51,7 +52,7 @@ _KNOWN = 1e-300
 @declared.initial_segment.of(Several)
 def _initial_segment(model, periods, time, x, v, y, u):
     count = len(model.masses)
-    bodies = np.zeros((count, BODY))
+    bodies = np.zeros((count, WIDTH))
     for k in range(count):
         clearance = float(model.masses[k, CLEARANCE])
         place, speed = float(y[k]), float(u[k])
@@ -91,7 +92,8 @@ def _following(model, segment, start):
     tail = -1
     for k in range(len(s.bodies)):
         if s.bodies[k, CAUSE] != NOTHING:
-            new = report_first(s, s.v_before, 0.0)
+            again = segment_of_all(s.periods, s.time, s.x, s.v, s.bodies.copy())
+            new = report_first(again, s.v_before, 0.0)
             new.bodies[:, PREVIOUS_STATE] = REPORTED
             return Step(0.0, True, False, 1, new, start)
         if s.bodies[k, MODE] == TAIL:
@@ -104,8 +106,7 @@ def _following(model, segment, start):
 @compiled
 def _complete(model, s, start, tau):
     """The end of a tail: all that it holds stick, but for what a pinch does not leave pressed."""
-    arriving = np.zeros(len(s.bodies))
-    periods, time, x, v, bodies = all_after(model, s, start, tau, arriving)
+    periods, time, x, v, bodies = all_after(model, s, start, tau, -1, 0.0)
     new = segment_of_all(periods, time, x, v, bodies)
     # Slides that have turned round since may let go of what rests.
     pinched = is_pinched(bodies) or np.any(bodies[:, SLIP_DIRECTION] != 0.0)
@@ -119,7 +120,7 @@ def _complete(model, s, start, tau):
         if s.bodies[k, MODE] == TAIL and bodies[k, MODE] == STICKING:
             bodies[k, CAUSE] = STICK
     new = report_first(new, v, 0.0)
-    return Step(tau, True, False, 1, new, begin(model, new))
+    return Step(tau, True, False, 1, new, begin_after(model, new, start.osc, start.load))
 
 
 @compiled
@@ -137,30 +138,33 @@ def _fly(model, s, start):
             last, first = found.tau, -1
         elif abs(found.side) == 1.0 and found.tau <= last and (first < 0 or found.tau < last):
             last, first, side, stops = found.tau, k, found.side, found.stops
-    arriving = np.zeros(count)
-    hits = first >= 0 and s.bodies[first, MODE] == FLIGHT and not stops
-    if hits:
-        arriving[first] = side * s.bodies[first, SIDE]
-    periods, time, x, v, bodies = all_after(model, s, start, last, arriving)
+    arrives, wall = -1, 0.0
+    if first >= 0 and s.bodies[first, MODE] == FLIGHT and not stops:
+        arrives, wall = first, side * float(s.bodies[first, SIDE])
+    periods, time, x, v, bodies = all_after(model, s, start, last, arrives, wall)
     clamp_slides(bodies)
-    v_before, loss = v, 0.0
-    hits = bool(np.any(arriving != 0.0))
+    v_before, loss, hits = v, 0.0, False
+    for k in range(count):
+        hits = hits or bool(bodies[k, ARRIVES] != 0.0)
     # A release at the instant of an impact: the impact and the forces after it decide.
     if first >= 0 and (stops or not hits):
         release(model, segment_of_all(periods, time, x, v, bodies), first, side)
     if hits:
-        v, loss = hit(model, v, bodies, arriving)
+        v, loss = hit(model, v, bodies)
+    here = segment_of_all(periods, time, x, v, bodies)
     if hits or stops or first < 0:
-        decide_contacts(model, segment_of_all(periods, time, x, v, bodies), TAIL)
+        decide_contacts(model, here, TAIL)
+    begun = begin_after(model, here, start.osc, start.load)
     if hits:
-        v = close(model, segment_of_all(periods, time, x, v, bodies))
-        close_pinch(model, bodies)
+        v, closed = close(model, here, begun)
+        if close_pinch(model, bodies) or closed:
+            here = segment_of_all(periods, time, x, v, bodies)
+            begun = begin_after(model, here, begun.osc, begun.load)
     for k in range(count):
         if bodies[k, CAUSE] != NOTHING:
             bodies[k, ALONE] = 0.0
-    new = report_first(segment_of_all(periods, time, x, v, bodies), v_before, loss)
-    happened = new.cause != NOTHING
-    return Step(last, happened, gave_up, steps, new, begin(model, new))
+    new = report_first(here, v_before, loss)
+    return Step(last, new.cause != NOTHING, gave_up, steps, new, begun)
 
 
 # What friction does, and what deviations become, are parts of this model that need all the above.

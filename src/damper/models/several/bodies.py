@@ -45,7 +45,15 @@ GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION, SLIP_DIRECTION, PREVIOUS
 #: Displacement and velocity of a mass in flight by itself, which have no digits of the primary's,
 #: and the time for which nothing has happened to it: 0 where they are not known.
 PLACE, VELOCITY, ALONE = range(10, 13)
+#: Columns of the log for a mass.
 BODY = 13
+#: Further columns, which the log does not have: what an event is decided by.
+#:
+#: - arrives: wall at which the mass arrives, or 0;
+#: - wall, level, most: as for `damper.models.several.contacts.balance`;
+#: - follows: 1 for a mass that follows the primary in that balance, else 0.
+ARRIVES, WALL, LEVEL, MOST, FOLLOWS = range(13, 18)
+WIDTH = 18
 JOINED, REPORTED = 2.0, 3.0
 #: In place of a completion: the body has left its wall without a jump of the force just now, so
 #: both accelerations are the same, exactly.
@@ -85,6 +93,8 @@ class Several(NamedTuple):
     """A free mass in flight, but for its weight and friction."""
     share: float
     """Acceleration of a free mass by the force, over that of the primary."""
+    alone: Oscillator
+    """The primary without a mass, of the same class as with masses."""
     masses: np.ndarray
     """A row for each mass.
 
@@ -133,6 +143,18 @@ class SeveralSegment(NamedTuple):
     """A row for each free mass."""
 
 
+class Load(NamedTuple):
+    """Effect of the masses on the primary's motion."""
+
+    joined: float
+    """Mass ratio of all that move with the primary."""
+    damping: float
+    stiffness: float
+    """Of the primary and of the supports that move with it."""
+    pull: float
+    """Constant force to the left."""
+
+
 class Start(NamedTuple):
     """What the motion in a segment follows from."""
 
@@ -142,6 +164,8 @@ class Start(NamedTuple):
     """Mass ratio of all that sticks."""
     primary: Motion
     """In a tail the centre of all that it joins."""
+    load: Load
+    """What `osc` has been made for."""
 
 
 @plain
@@ -186,6 +210,7 @@ def prepare(
         _driven(forcing, damping / heavier, stiffness / heavier, strength, 0.0),
         mass,
         drive.share,
+        _driven(forcing, p.damping_ratio, 1.0, made.free.strength, 0.0),
         masses,
         Frictions(friction) if rubs else NoFrictions(friction),
     )
@@ -257,18 +282,16 @@ def _friction_of(friction, k):
 
 
 @compiled
-def primary_with(
-    model: Several, joined: float, damping: float, stiffness: float, pull: float
-) -> Oscillator:
-    """The primary with masses of the ratio `joined`.
-
-    Damping and stiffness are those of all supports and of the primary; `pull` is the constant force
-    to the left.
-    """
-    heavier = 1.0 + joined
-    strength = model.free.strength * (1.0 + joined * model.share) / heavier
+def primary_with(model: Several, load: Load) -> Oscillator:
+    """The primary under a load."""
+    heavier = 1.0 + load.joined
+    strength = model.free.strength * (1.0 + load.joined * model.share) / heavier
     return _driven(
-        model.stuck.forcing, damping / heavier, stiffness / heavier, strength, -pull / heavier
+        model.stuck.forcing,
+        load.damping / heavier,
+        load.stiffness / heavier,
+        strength,
+        -load.pull / heavier,
     )
 
 
@@ -280,8 +303,8 @@ def pull_of(model: Several, k: int, offset: float) -> float:
 
 
 @compiled
-def primary_in(model: Several, ways: np.ndarray, offsets: np.ndarray) -> Oscillator:
-    """The primary with the masses that move with it (`JOINED`), under the friction of slides."""
+def load_in(model: Several, ways: np.ndarray, offsets: np.ndarray) -> Load:
+    """Load by the masses that move with the primary (`JOINED`) and by the friction of slides."""
     joined, damping, stiffness, pull = 0.0, model.free.damping, 1.0, 0.0
     for k in range(len(ways)):
         ratio = float(model.masses[k, RATIO])
@@ -292,7 +315,7 @@ def primary_in(model: Several, ways: np.ndarray, offsets: np.ndarray) -> Oscilla
             pull += pull_of(model, k, float(offsets[k]))
         else:
             pull -= ratio * float(ways[k]) * friction_of(model.friction, k)
-    return primary_with(model, joined, damping, stiffness, pull)
+    return Load(joined, damping, stiffness, pull)
 
 
 @compiled
@@ -435,7 +458,12 @@ def ways_in(bodies: np.ndarray) -> np.ndarray:
 @declared.begin.of(Several)
 def begin(model: Several, segment: SeveralSegment) -> Start:
     """What the motion in a segment follows from; see `damper.engine.model.begin`."""
-    s = segment
+    return begin_after(model, segment, model.alone, Load(0.0, model.free.damping, 1.0, 0.0))
+
+
+@compiled
+def begin_after(model: Several, s: SeveralSegment, osc: Oscillator, load: Load) -> Start:
+    """As `begin`; the primary's oscillator is known for a load, which may be the same still."""
     joined, damping, stiffness, pull, carried = 0.0, model.free.damping, 1.0, 0.0, 0.0
     for k in range(len(s.bodies)):
         b = s.bodies[k]
@@ -450,10 +478,13 @@ def begin(model: Several, segment: SeveralSegment) -> Start:
         else:
             rubs = float(b[SLIP_DIRECTION]) * friction_of(model.friction, k)
             pull -= float(model.masses[k, RATIO]) * rubs
-    osc = primary_with(model, joined, damping, stiffness, pull)
+    is_same = joined == load.joined and pull == load.pull
+    if not (is_same and damping == load.damping and stiffness == load.stiffness):
+        load = Load(joined, damping, stiffness, pull)
+        osc = primary_with(model, load)
     phase = phase_at(osc.forcing, s.periods, s.time)
     primary = motion_from(osc, s.x, s.v - carried / (1.0 + joined), phase)
-    return Start(osc, joined, _lifting(model.mass, model, s, osc, primary))
+    return Start(osc, joined, _lifting(model.mass, model, s, osc, primary), load)
 
 
 @by_class

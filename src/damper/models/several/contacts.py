@@ -24,17 +24,22 @@ from damper.engine.segment import (
 )
 from damper.models.flights import VANISHES
 from damper.models.several.bodies import (
+    ARRIVES,
     CAUSE,
     COMPLETION,
     FIRST,
+    FOLLOWS,
     GAP,
+    LEVEL,
     LIFTS,
     MODE,
+    MOST,
     RATE,
     RATIO,
     SIDE,
     SLIP_DIRECTION,
     SPEED,
+    WALL,
     Several,
     SeveralSegment,
     friction_of,
@@ -55,9 +60,7 @@ def limits(wall: float, most: float) -> tuple[float, float]:
 
 
 @compiled
-def balance(
-    free: float, ratios: np.ndarray, levels: np.ndarray, walls: np.ndarray, most: np.ndarray
-) -> tuple[float, np.ndarray]:
+def balance(free: float, masses: np.ndarray, bodies: np.ndarray) -> float:
     """Motion z of the primary with all masses that walls and friction let follow it.
 
     Mass i follows where z - level_i is within its `limits`, and is at the nearer limit elsewhere:
@@ -66,84 +69,93 @@ def balance(
 
     The sides part monotonically, in straight pieces from bend to bend, so there is one z. For
     impulses z is the change of the primary's velocity, and a level is that of a mass that rebounds;
-    for contact forces and friction they are accelerations.
-
-    Returns
-    -------
-    z : float
-    follows : ndarray
-        1 for a mass that follows, else 0; a mass without wall and friction never does.
+    for contact forces and friction they are accelerations. Columns of `bodies` have level, wall
+    and largest friction; `FOLLOWS` becomes 1 for a mass that follows, else 0. A mass without wall
+    and friction never does.
     """
     lower, upper = -math.inf, math.inf
-    count = len(ratios)
-    for k in range(2 * count):
-        low, high = limits(walls[k // 2], most[k // 2])
-        bend = float(levels[k // 2] + (low if k % 2 == 0 else high))
-        if low == high or math.isinf(bend):
+    for k in range(len(bodies)):
+        low, high = limits(float(bodies[k, WALL]), float(bodies[k, MOST]))
+        if low < high:
+            level = float(bodies[k, LEVEL])
+            lower, upper = _between(free, masses, bodies, level + low, lower, upper)
+            lower, upper = _between(free, masses, bodies, level + high, lower, upper)
+    z, heavier = free, 1.0
+    for k in range(len(bodies)):
+        low, high = limits(float(bodies[k, WALL]), float(bodies[k, MOST]))
+        bodies[k, FOLLOWS] = 0.0
+        if low == high:
             continue
-        excess = bend - free
-        for i in range(count):
-            low, high = limits(walls[i], most[i])
-            excess += float(ratios[i] * min(max(bend - levels[i], low), high))
-        if excess <= 0.0:
-            lower = max(lower, bend)
-        if excess >= 0.0:
-            upper = min(upper, bend)
-    z, heavier, follows = free, 1.0, np.zeros(count)
-    for k in range(count):
-        low, high = limits(walls[k], most[k])
-        if levels[k] + high <= lower:
-            z -= float(ratios[k] * high)
-        elif levels[k] + low >= upper:
-            z -= float(ratios[k] * low)
-        elif low < high:
-            z += float(ratios[k] * levels[k])
-            heavier += float(ratios[k])
+        ratio, level = float(masses[k, RATIO]), float(bodies[k, LEVEL])
+        if level + high <= lower:
+            z -= ratio * high
+        elif level + low >= upper:
+            z -= ratio * low
+        else:
+            z += ratio * level
+            heavier += ratio
         # A mass at its very limit follows as well: its impulse is zero.
-        within = low < high and levels[k] + high >= upper and levels[k] + low <= lower
-        follows[k] = 1.0 if within else 0.0
-    return z / heavier, follows
+        if level + high >= upper and level + low <= lower:
+            bodies[k, FOLLOWS] = 1.0
+    return z / heavier
 
 
 @compiled
-def hit(model: Several, v: float, bodies: np.ndarray, arriving: np.ndarray) -> tuple[float, float]:
+def _between(free, masses, bodies, bend, lower, upper):
+    """Bounds on the root of `balance`, the nearer ones where a bend is one."""
+    if math.isinf(bend):
+        return lower, upper
+    excess = bend - free
+    for i in range(len(bodies)):
+        low, high = limits(float(bodies[i, WALL]), float(bodies[i, MOST]))
+        if low < high:
+            asked = min(max(bend - float(bodies[i, LEVEL]), low), high)
+            excess += float(masses[i, RATIO]) * asked
+    if excess <= 0.0:
+        lower = max(lower, bend)
+    if excess >= 0.0:
+        upper = min(upper, bend)
+    return lower, upper
+
+
+@compiled
+def hit(model: Several, v: float, bodies: np.ndarray) -> tuple[float, float]:
     """Impacts of one instant, in place; the primary's velocity after them, the energy lost.
 
-    `arriving` has the wall at which each body arrives, or 0; its rate is that at its own wall.
-    Bodies that touch a wall with no relative velocity take part, whether or not they stick to it.
+    The rate of a body that arrives is that at its own wall. Bodies that touch a wall with no
+    relative velocity take part, whether or not they stick to it.
     """
-    count = len(bodies)
-    ratios, walls, levels = model.masses[:, RATIO], np.zeros(count), np.zeros(count)
+    count, masses = len(bodies), model.masses
     for k in range(count):
         b = bodies[k]
-        if arriving[k] != 0.0:
+        b[WALL], b[LEVEL], b[MOST] = 0.0, 0.0, 0.0
+        if b[ARRIVES] != 0.0:
             speed = abs(float(b[RATE]))
-            if b[SIDE] != arriving[k]:
+            if b[SIDE] != b[ARRIVES]:
                 b[FIRST] = 0.0
-            b[GAP], b[SIDE], b[SPEED] = 0.0, arriving[k], speed
-            walls[k] = b[SIDE]
+            b[GAP], b[SIDE], b[SPEED], b[WALL] = 0.0, b[ARRIVES], speed, b[ARRIVES]
             r = restitution_at(law_of(model, k, float(b[SIDE])), speed)
-            levels[k] = walls[k] * (1.0 + r) * speed
+            b[LEVEL] = float(b[WALL]) * (1.0 + r) * speed
         elif b[MODE] == STICKING or (b[GAP] == 0.0 and b[RATE] == 0.0):
-            walls[k] = b[SIDE]
-    change, pushes = balance(0.0, ratios, levels, walls, np.zeros(count))
+            b[WALL] = b[SIDE]
+    change = balance(0.0, masses, bodies)
     loss = 0.0
     for k in range(count):
         b = bodies[k]
-        if arriving[k] != 0.0:
+        if b[ARRIVES] != 0.0:
             speed = float(b[SPEED])
             r = restitution_at(law_of(model, k, float(b[SIDE])), speed)
-            if pushes[k] == 1.0:
-                impulse = float(ratios[k] * walls[k] * (levels[k] - change))
+            if b[FOLLOWS] == 1.0:
+                impulse = float(masses[k, RATIO] * b[WALL] * (b[LEVEL] - change))
                 loss += 0.5 * impulse * (1.0 - r) * speed
                 b[RATE], b[CAUSE] = r * speed, IMPACT
                 b[FIRST] = b[FIRST] if b[FIRST] > 0.0 else speed
             else:  # another one's impact takes the wall away
-                b[RATE], b[SPEED] = walls[k] * change - speed, 0.0
+                b[RATE], b[SPEED] = b[WALL] * change - speed, 0.0
         elif b[MODE] == STICKING:
-            if pushes[k] == 0.0 and b[SIDE] * change > 0.0:
+            if b[FOLLOWS] == 0.0 and b[SIDE] * change > 0.0:
                 b[MODE], b[RATE], b[CAUSE], b[FIRST] = FLIGHT, b[SIDE] * change, RELEASE, 0.0
-        elif pushes[k] == 0.0:
+        elif b[FOLLOWS] == 0.0:
             b[RATE] += b[SIDE] * change
     return v + change, loss
 
@@ -153,27 +165,29 @@ class Common(NamedTuple):
 
     a: float
     """Acceleration of the primary."""
-    levels: np.ndarray
-    """Accelerations of the masses that nothing holds; 0 for a mass that nothing may hold."""
     size: float
     """Size of the terms of the primary's own acceleration."""
 
 
 @compiled
-def common_motion(model: Several, s: SeveralSegment, walls: np.ndarray, most: np.ndarray) -> Common:
-    """Balance the forces of an instant, as for `balance`; other masses fly, or slide their way."""
-    count = len(walls)
+def common_motion(model: Several, s: SeveralSegment) -> Common:
+    """Balance the forces of an instant on the masses that have a wall or a largest friction.
+
+    Other masses fly, or slide their way. The column `LEVEL` becomes the acceleration of a mass that
+    nothing holds.
+    """
     phase = phase_at(model.free.forcing, s.periods, s.time)
     free = motion_from(model.free, s.x, s.v, phase).a
-    levels = np.zeros(count)
-    for k in range(count):
-        if walls[k] != 0.0 or most[k] > 0.0:
-            levels[k] = own_acceleration(model, s, k, s.v, 0.0)
+    for k in range(len(s.bodies)):
+        b = s.bodies[k]
+        b[LEVEL] = 0.0
+        if b[WALL] != 0.0 or b[MOST] > 0.0:
+            b[LEVEL] = own_acceleration(model, s, k, s.v, 0.0)
         else:
             friction = friction_of(model.friction, k)
-            free += float(s.bodies[k, SLIP_DIRECTION] * model.masses[k, RATIO]) * friction
-    a, _ = balance(free, model.masses[:, RATIO], levels, walls, most)
-    return Common(a, levels, abs(free) + abs(s.x) + 2.0 * model.free.damping * abs(s.v))
+            free += float(b[SLIP_DIRECTION] * model.masses[k, RATIO]) * friction
+    a = balance(free, model.masses, s.bodies)
+    return Common(a, abs(free) + abs(s.x) + 2.0 * model.free.damping * abs(s.v))
 
 
 @compiled
@@ -186,29 +200,31 @@ def decide_contacts(model: Several, s: SeveralSegment, mode: float) -> None:
     bodies = s.bodies
     count = len(bodies)
     _turn(model.friction, bodies)
-    walls, most, any_rests = np.zeros(count), np.zeros(count), False
+    any_rests = False
     for k in range(count):
         b = bodies[k]
+        b[WALL], b[MOST] = 0.0, 0.0
         friction, leaves = friction_of(model.friction, k), b[CAUSE] in (RELEASE, SLIP)
         if b[MODE] == FLIGHT and b[RATE] == 0.0 and not leaves and _is_beside_wall(model, s, k):
             b[GAP] = 0.0
         on_wall = b[GAP] == 0.0
         if is_joined(b[MODE]) or (b[RATE] == 0.0 and (on_wall or friction > 0.0) and not leaves):
             any_rests = True
-            walls[k] = b[SIDE] if on_wall else 0.0
-            most[k] = friction
+            b[WALL] = b[SIDE] if on_wall else 0.0
+            b[MOST] = friction
     if not any_rests:
         return
-    common = common_motion(model, s, walls, most)
+    common = common_motion(model, s)
     for k in range(count):
-        low, high = limits(walls[k], most[k])
+        level, most = float(bodies[k, LEVEL]), float(bodies[k, MOST])
+        low, high = limits(float(bodies[k, WALL]), most)
         if low < high:
-            asked = common.a - float(common.levels[k])
+            asked = common.a - level
             beyond = max(low - asked, asked - high)
             way = 0.0
             if friction_of(model.friction, k) > 0.0:
                 way = -1.0 if asked > high else 1.0
-            size = common.size + abs(common.levels[k]) + most[k]
+            size = common.size + abs(level) + most
             _decide(bodies[k], beyond, VANISHES * ROUNDOFF * size, way, mode)
 
 

@@ -29,6 +29,7 @@ from damper.models.several.bodies import (
     RIGHT,
     SIDE,
     SPEED,
+    WIDTH,
     YIELDS,
     Several,
     SeveralSegment,
@@ -98,7 +99,7 @@ def _log_of_mass(model, log, body):
 @declared.read_segment.of(Several)
 def _read_segment(model, row):
     count = len(model.masses)
-    bodies = np.empty((count, BODY))
+    bodies = np.zeros((count, WIDTH))
     for k in range(count):
         for column in range(BODY):
             bodies[k, column] = row[COLUMNS + 2 + BODY * k + column]
@@ -143,19 +144,19 @@ def _segment(s, body, loss, bodies):
 
 @compiled
 def report_first(s: SeveralSegment, v_before: float, loss: float) -> SeveralSegment:
-    """The same segment, with the fields of the first body whose cause is to be told."""
-    k, bodies = 0, s.bodies.copy()
+    """The segment with the fields of the first body whose cause is not told; in place."""
+    k, bodies = 0, s.bodies
     for j in range(len(bodies) - 1, -1, -1):
         cause = bodies[j, CAUSE]
         # Impacts come first: those that they kick off a wall leave it by them.
         if cause == IMPACT or (cause != NOTHING and bodies[k, CAUSE] != IMPACT):
             k = j
-    b = s.bodies[k]
-    bodies[k, CAUSE] = NOTHING
-    speed = float(b[SPEED])
+    b = bodies[k]
+    speed, told = float(b[SPEED]), float(b[CAUSE])
+    b[CAUSE] = NOTHING
     gap, rate, side, mode = float(b[GAP]), float(b[RATE]), float(b[SIDE]), float(b[MODE])
     first, completion = float(b[FIRST]), max(float(b[COMPLETION]), 0.0)
-    told = Segment(
+    of_body = Segment(
         s.periods,
         s.time,
         s.x,
@@ -164,7 +165,7 @@ def report_first(s: SeveralSegment, v_before: float, loss: float) -> SeveralSegm
         rate,
         side,
         mode,
-        float(b[CAUSE]),
+        told,
         speed,
         v_before,
         first,
@@ -173,7 +174,7 @@ def report_first(s: SeveralSegment, v_before: float, loss: float) -> SeveralSegm
         0.0,
         0.0,
     )
-    return _segment(told, float(k), loss, bodies)
+    return _segment(of_body, float(k), loss, bodies)
 
 
 @compiled

@@ -10,6 +10,7 @@ from damper.engine.segment import FLIGHT, IMPACT, RESTING, STICKING, TAIL, clock
 from damper.models.flights import Bounce, bounce_at, bounce_from
 from damper.models.several.bodies import (
     ALONE,
+    ARRIVES,
     CAUSE,
     CLEARANCE,
     COMPLETION,
@@ -58,17 +59,17 @@ def primary_after(start: Start, tau: float) -> tuple[float, float, float, float]
 
 @compiled
 def all_after(
-    model: Several, s: SeveralSegment, start: Start, tau: float, arriving: np.ndarray
+    model: Several, s: SeveralSegment, start: Start, tau: float, first: int, wall: float
 ) -> tuple[float, float, float, float, np.ndarray]:
     """Where all are after a time: clock, state of the primary, bodies.
 
-    `arriving` gets the walls that bodies are at by then, beside those that it has.
+    The body `first` arrives at a wall then, or none if that is -1; others may be at walls with it.
     """
     x, v, way, change = primary_after(start, tau)
     bodies = s.bodies.copy()
     for k in range(len(bodies)):
         b = bodies[k]
-        b[SPEED] = 0.0
+        b[SPEED], b[ARRIVES] = 0.0, wall if k == first else 0.0
         b[PREVIOUS_STATE] = JOINED if is_joined(b[MODE]) else b[SLIP_DIRECTION]
         if is_joined(b[MODE]):
             b[ALONE] = 0.0
@@ -85,11 +86,11 @@ def all_after(
             # As increments its roundoff would add up.
             gap = view.clearance - seg.side * (float(b[PLACE]) - x)
             rate = seg.side * (v - float(b[VELOCITY]))
-        if arriving[k] == 0.0:
+        if k != first:
             if gap <= _TOGETHER * roundoff and rate < 0.0:
-                arriving[k] = seg.side
+                b[ARRIVES] = seg.side
             elif width - gap <= _TOGETHER * (roundoff + ROUNDOFF * width) and rate > 0.0:
-                arriving[k] = -seg.side
+                b[ARRIVES] = -seg.side
         b[GAP], b[RATE], b[COMPLETION] = min(max(gap, 0.0), width), rate, 0.0
     periods, time = clock_after(model.cycle, s.periods, s.time, tau)
     return periods, time, x, v, bodies
@@ -114,7 +115,7 @@ def state_in(model: Several, segment: SeveralSegment, tau: float) -> tuple:
 def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, float, np.ndarray]:
     """State of the primary and of all bodies a time `tau` after a segment's start."""
     start = begin(model, s)
-    _, _, x, v, bodies = all_after(model, s, start, tau, np.zeros(len(s.bodies)))
+    _, _, x, v, bodies = all_after(model, s, start, tau, -1, 0.0)
     carried, change = 0.0, 0.0
     pinched = is_pinched(bodies)
     for k in range(len(bodies)):

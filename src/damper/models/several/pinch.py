@@ -46,8 +46,11 @@ SHORTEST = 1e-200
 
 
 @compiled
-def close_pinch(model: Several, bodies: np.ndarray) -> None:
-    """Close the impacts of two masses that pinch the primary, which all but takes no time."""
+def close_pinch(model: Several, bodies: np.ndarray) -> bool:
+    """Close the impacts of two masses that pinch the primary, which all but takes no time.
+
+    Returned is whether there are such masses.
+    """
     longest = NOTHING_LEFT * model.tolerance
     for k in range(len(bodies)):
         hit = bodies[k, MODE] == FLIGHT and bodies[k, CAUSE] == IMPACT and bodies[k, RATE] >= 0.0
@@ -64,7 +67,8 @@ def close_pinch(model: Several, bodies: np.ndarray) -> None:
                 for i in range(len(bodies)):
                     if _in_step(model, before, i, k) or _in_step(model, before, i, j):
                         bodies[i, MODE], bodies[i, COMPLETION] = TAIL, -max(left, SHORTEST)
-                return
+                return True
+    return False
 
 
 class Turns(NamedTuple):

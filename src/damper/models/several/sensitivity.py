@@ -28,8 +28,9 @@ from damper.models.several.bodies import (
     begin,
     is_joined,
     is_on_wall,
+    load_in,
     mass_of,
-    primary_in,
+    primary_with,
     ways_in,
 )
 from damper.models.several.tangent import begins_impacts, change_by, impulses, offsets_in
@@ -121,7 +122,7 @@ def _after(there, model, s, v):
     for k in range(len(offsets)):
         if is_on_wall(s.bodies[k, MODE]):
             offsets[k] = beside[k]
-    tau, osc = s.duration * slower, primary_in(there, ways_in(s.bodies), offsets)
+    tau, osc = s.duration * slower, primary_with(there, load_in(there, ways_in(s.bodies), offsets))
     phase = phase_at(osc.forcing, s.periods, s.time * slower)
     way, gained, _ = increments(osc, motion_from(osc, s.x, v, phase), tau)
     found[0], found[1] = v * tau + way, gained

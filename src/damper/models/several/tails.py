@@ -31,13 +31,16 @@ from damper.models.several.bodies import (
     GAP,
     GRAVITY,
     JOINED,
+    LEVEL,
     MODE,
+    MOST,
     RATE,
     RATIO,
     SIDE,
     SLIP_DIRECTION,
     SPEED,
     STIFFNESS,
+    WALL,
     NoFrictions,
     Several,
     SeveralSegment,
@@ -48,10 +51,11 @@ from damper.models.several.bodies import (
     friction_of,
     is_joined,
     law_of,
+    load_in,
     mass_of,
     offset_of,
     own_acceleration,
-    primary_in,
+    primary_with,
     restitution_of,
     segment_of,
     single_mass_view,
@@ -163,14 +167,13 @@ class Chatter(NamedTuple):
 
 
 @compiled
-def close(model: Several, s: SeveralSegment) -> float:
+def close(model: Several, s: SeveralSegment, start: Start) -> tuple[float, bool]:
     """Close the chatter sequences that complete before anything else happens; in place.
 
     A sequence that has less than the tolerance left is at its end whatever the others do: masses
-    that chatter on one wall kick each other off it, and come to rest at one instant. Returned is
-    the primary's velocity.
+    that chatter on one wall kick each other off it, and come to rest at one instant. Returned are
+    the primary's velocity, and whether anything is closed.
     """
-    start = begin(model, s)
     faded, change = close_at_both_walls(model.friction, model, s, start)
     any_rests = False
     if not faded:
@@ -183,13 +186,13 @@ def close(model: Several, s: SeveralSegment) -> float:
             if ends_now(model.friction, model, s, start, k, chatter):
                 any_rests = True
             elif _is_closed(model, s, start, k, chatter):
-                return s.v
+                return s.v, True
     if any_rests:
         change = merge_at_rest(model, s)
     if faded or any_rests:
         decide_again(model.friction, model, s, s.v + change)
-        return s.v + change
-    return s.v
+        return s.v + change, True
+    return s.v, False
 
 
 @by_class
@@ -294,11 +297,12 @@ def _close_together(model, s):
     forces = np.zeros(count)
     while np.sum(inside) < last:
         last = int(np.sum(inside))
-        walls = np.where(inside | (bodies[:, MODE] == STICKING), bodies[:, SIDE], 0.0)
-        common = common_motion(model, s, walls, np.zeros(count))
-        forces = np.where(walls != 0.0, np.abs(common.levels - common.a), 0.0)
+        bodies[:, WALL] = np.where(inside | (bodies[:, MODE] == STICKING), bodies[:, SIDE], 0.0)
+        bodies[:, MOST] = 0.0
+        common = common_motion(model, s)
         for k in range(count):
             b = bodies[k]
+            forces[k] = abs(b[LEVEL] - common.a) if b[WALL] != 0.0 else 0.0
             brief = 2.0 * abs(b[RATE]) <= longest * forces[k]
             inside[k] = inside[k] and brief and b[GAP] <= longest * longest * forces[k]
     left, any_loses, facing = SHORTEST, False, 0.0
@@ -450,6 +454,7 @@ def _together(model, s, start, k, ratio):
         offsets[j] = offset_of(model, bodies[j], j)
         if j == k or _chatters_with(model, bodies, k, j):
             ways[j] = JOINED
-    osc = primary_in(model, ways, offsets)
+    load = load_in(model, ways, offsets)
+    osc = primary_with(model, load)
     v = s.v - float(bodies[k, SIDE]) * ratio / (1.0 + joined) * float(bodies[k, RATE])
-    return Start(osc, joined, motion_from(osc, s.x, v, start.primary.phase))
+    return Start(osc, joined, motion_from(osc, s.x, v, start.primary.phase), load)

@@ -30,9 +30,12 @@ from damper.models.several.bodies import (
     CLEARANCE,
     COMPLETION,
     DAMPING,
+    FOLLOWS,
     GAP,
     JOINED,
+    LEVEL,
     MODE,
+    MOST,
     PREVIOUS_STATE,
     RATE,
     RATIO,
@@ -41,16 +44,18 @@ from damper.models.several.bodies import (
     SLIP_DIRECTION,
     SPEED,
     STIFFNESS,
+    WALL,
     Several,
     SeveralSegment,
     begin,
     is_joined,
     is_on_wall,
     law_of,
+    load_in,
     mass_of,
     offset_of,
     own_acceleration,
-    primary_in,
+    primary_with,
     ways_in,
 )
 from damper.models.several.contacts import balance, decide_contacts
@@ -183,7 +188,7 @@ def accelerations(
     model: Several, s: SeveralSegment, v: float, ways: np.ndarray
 ) -> tuple[float, np.ndarray]:
     """Accelerations of the primary and of each mass, as for `ways_in`, at a segment's start."""
-    osc = primary_in(model, ways, offsets_in(model, s.bodies))
+    osc = primary_with(model, load_in(model, ways, offsets_in(model, s.bodies)))
     phase = phase_at(osc.forcing, s.periods, s.time)
     a = motion_from(osc, s.x, v, phase).a
     own = np.full(len(ways), a)
@@ -308,18 +313,18 @@ def impulses(model: Several, s: SeveralSegment) -> tuple[Any, Any, Any]:
 
     As `balance` has them. Walls of masses at rest on them before are there, with a level of 0.
     """
-    count = len(s.bodies)
-    walls, levels = np.zeros(count), np.zeros(count)
-    for k in range(count):
-        b = s.bodies[k]
+    bodies = s.bodies.copy()
+    for k in range(len(bodies)):
+        b = bodies[k]
+        b[WALL], b[LEVEL], b[MOST] = 0.0, 0.0, 0.0
         if b[SPEED] > 0.0:
-            walls[k] = b[SIDE]
+            b[WALL] = b[SIDE]
             r = restitution_at(law_of(model, k, float(b[SIDE])), float(b[SPEED]))
-            levels[k] = walls[k] * (1.0 + r) * b[SPEED]
+            b[LEVEL] = b[WALL] * (1.0 + r) * b[SPEED]
         elif b[GAP] == 0.0 and (b[PREVIOUS_STATE] == JOINED or b[RATE] == 0.0):
-            walls[k] = b[SIDE]
-    _, pushes = balance(0.0, model.masses[:, RATIO], levels, walls, np.zeros(count))
-    return walls, levels, pushes
+            b[WALL] = b[SIDE]
+    balance(0.0, model.masses, bodies)
+    return bodies[:, WALL], bodies[:, LEVEL], bodies[:, FOLLOWS]
 
 
 @compiled
