@@ -12,7 +12,7 @@ from damper import Parameters, State, events
 from damper.engine.compiled import plain
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
 from damper.models import start_run
-from damper.models.several.bodies import BODY, CAUSE, COMPLETION, GAP, LEFT, MODE, RATE, SIDE
+from damper.models.several.bodies import CAUSE, COMPLETION, GAP, LEFT, MODE, RATE, SIDE, WIDTH
 from damper.models.several.pinch import close_pinch, share_of_pinch
 from damper.models.tangent import derivative
 from damper.observers.common.laws import broken
@@ -40,7 +40,7 @@ def pinched(seed: int, parts: int = 1) -> tuple[Any, np.ndarray]:
     masses[1]["mass_ratio"] /= parts
     masses += [masses[1]] * (parts - 1)
     model = start_run(Parameters(**PINCH | {"masses": masses})).model
-    bodies = np.zeros((1 + parts, BODY))
+    bodies = np.zeros((1 + parts, WIDTH))
     bodies[:, MODE], bodies[:, SIDE], bodies[:, CAUSE] = FLIGHT, 1, -1
     bodies[0, SIDE], bodies[0, CAUSE] = -1, IMPACT
     bodies[0, RATE], bodies[1:, RATE] = draw.uniform(0, 1), -draw.uniform(0, 1)

@@ -21,7 +21,7 @@ from damper.engine.model import read_segment
 from damper.engine.segment import CAUSE, DURATION, IMPACT, RESTING, STICKING, TAIL, V_BEFORE
 from damper.models import start_run
 from damper.models.response import integrate_segment, prepare_tables, stored_energy
-from damper.models.several.bodies import MODE
+from damper.models.several.bodies import FOLLOWS, LEVEL, MODE, MOST, WALL, WIDTH
 from damper.models.several.contacts import balance
 from damper.observers.common.laws import broken
 from damper.sweep.runs import run_points
@@ -243,10 +243,12 @@ def test_the_balance_is_the_only_root() -> None:
 
         of = free, ratios, levels, low, high
         root = brentq(excess, -50.0, 50.0, args=of, xtol=1e-14)
-        found, follows = plain(balance)(free, ratios, levels, walls, most)
+        bodies = np.zeros((count, WIDTH))
+        bodies[:, LEVEL], bodies[:, WALL], bodies[:, MOST] = levels, walls, most
+        found = plain(balance)(free, ratios[:, None], bodies)
         assert found == pytest.approx(root, abs=1e-12)
         inside = (low < found - levels) & (found - levels < high)
-        assert (follows == inside).all()
+        assert (bodies[:, FOLLOWS] == inside).all()
 
 
 # --- the closed rest of chatter

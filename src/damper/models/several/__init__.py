@@ -35,6 +35,8 @@ from damper.models.several.bodies import (
     WIDTH,
     Several,
     begin_after,
+    body_in,
+    mass_at,
     restitution_of,
 )
 from damper.models.several.bodies import prepare as prepare
@@ -81,7 +83,7 @@ def _speeds_in_tail(model, segment):
             turns = turns_of(model, bodies, k, j)
             return -turns.next * float(bodies[j, RATE]), turns.speeds
     if bodies[k, MODE] != TAIL or bodies[k, RATE] == 0.0:
-        return segment.gap_rate, restitution_of(model, k, segment.side)
+        return segment.gap_rate, restitution_of(mass_at(model, k), segment.side)
     bounce = bounce_in(model, segment, k)
     return segment.gap_rate * math.sqrt(bounce.back / bounce.out), bounce.shrinks
 
@@ -130,7 +132,8 @@ def _fly(model, s, start):
     limit = min(HORIZON, horizon(start.osc.forcing, start.primary.phase))
     last, first, side, steps, gave_up, stops = limit, -1, 0.0, 1, False, False
     for k in range(count):
-        found = next_event(model, s, start, k, last, 0.0, 0.0)
+        m, b = mass_at(model, k), body_in(s.bodies, k)
+        found = next_event(model.friction, model.single, m, b, start, last, 0.0, 0.0)
         steps += found.steps
         gave_up = gave_up or found.side == GAVE_UP
         if found.side == GAVE_UP and found.tau < last:

@@ -3,6 +3,7 @@
 How many there are is no type: one code serves any number.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,7 +32,7 @@ from damper.models.masses.holds import pushed_by
 from damper.parameters import Parameters
 
 #: Columns of `Several.masses`.
-RATIO, CLEARANCE, GRAVITY, STIFFNESS, DAMPING, LEFT, RIGHT, YIELDS = range(8)
+RATIO, CLEARANCE, GRAVITY, STIFFNESS, DAMPING, LEFT, RIGHT, YIELDS, FRICTION = range(9)
 #: Columns of `SeveralSegment.bodies`, as the fields of a `Segment`, and more:
 #:
 #: - cause: event not yet written to the log;
@@ -62,18 +63,45 @@ LIFTS = -1.0
 LEAST_FRICTION = 1e-300
 
 
-class NoFrictions(NamedTuple):
-    """No free mass rubs on its box."""
-
-    accelerations: np.ndarray
-    """All are 0."""
-
-
 class Frictions(NamedTuple):
     """Dry friction of free masses and their boxes."""
 
-    accelerations: np.ndarray
-    """What it gives each of them while it slides."""
+
+class Mass(NamedTuple):
+    """Constants of a free mass, a row of `Several.masses`."""
+
+    ratio: float
+    clearance: float
+    gravity: float
+    stiffness: float
+    damping: float
+    """Of the support, as of an oscillator of its own."""
+    left: float
+    right: float
+    """Restitution of the walls at low speeds."""
+    yields: float
+    """Yield speed of the walls."""
+    friction: float
+    """Acceleration by dry friction while it slides."""
+
+
+class Body(NamedTuple):
+    """State of a free mass, the first columns of `SeveralSegment.bodies`."""
+
+    gap: float
+    rate: float
+    side: float
+    mode: float
+    cause: float
+    speed: float
+    first: float
+    completion: float
+    slip: float
+    previous: float
+    place: float
+    velocity: float
+    alone: float
+    arrives: float
 
 
 class Several(NamedTuple):
@@ -93,16 +121,14 @@ class Several(NamedTuple):
     """A free mass in flight, but for its weight and friction."""
     share: float
     """Acceleration of a free mass by the force, over that of the primary."""
+    single: Rigid
+    """A damper of one of the masses, for what all masses share."""
     alone: Oscillator
     """The primary without a mass, of the same class as with masses."""
     masses: np.ndarray
-    """A row for each mass.
-
-    Mass ratio, clearance and gravity; stiffness and damping of the support, as of an oscillator of
-    its own; restitution of the left and of the right wall at low speeds, and the yield speed.
-    """
+    """A `Mass` in each row."""
     friction: Any
-    """`Frictions`, or `NoFrictions` where no mass rubs on its box."""
+    """`Frictions`, or `NoFriction` where no mass rubs on its box."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -166,6 +192,10 @@ class Start(NamedTuple):
     """In a tail the centre of all that it joins."""
     load: Load
     """What `osc` has been made for."""
+    periods: float
+    time: float
+    v: float
+    """Clock, and velocity of the primary, of the segment."""
 
 
 @plain
@@ -184,15 +214,15 @@ def prepare(
             for q, m in zip(each, [one.mass for one in ones], strict=True)
         ]
     )
-    masses = np.column_stack([masses, [q.yield_speed for q in each]])
+    least = LEAST_FRICTION if along_friction else 0.0
+    friction = np.array([max(q.friction, least) for q in each])
+    masses = np.column_stack([masses, [q.yield_speed for q in each], friction])
     total = float(np.sum(masses[:, RATIO]))
     heavier = 1.0 + total
     strength = drive.amplitude * (1.0 + total * drive.share) / heavier
     damping = p.damping_ratio + sum(q.support_damping_ratio for q in each)
     stiffness = 1.0 + sum(q.support_stiffness_ratio for q in each)
     forcing, mass = drive.forcing, Ballistic(0.0)
-    least = LEAST_FRICTION if along_friction else 0.0
-    friction = np.array([max(q.friction, least) for q in each])
     rubs = bool(friction.any())
     supported = bool(np.any(masses[:, STIFFNESS] > 0.0))
     if np.any(masses[:, GRAVITY] != 0.0) or rubs or supported:
@@ -210,9 +240,20 @@ def prepare(
         _driven(forcing, damping / heavier, stiffness / heavier, strength, 0.0),
         mass,
         drive.share,
+        Rigid(
+            total,
+            1.0,
+            YieldingRestitution(1.0, math.inf),
+            made.cycle,
+            min(one.tolerance for one in ones),
+            made.free,
+            made.free,
+            mass,
+            NoFriction(),
+        ),
         _driven(forcing, p.damping_ratio, 1.0, made.free.strength, 0.0),
         masses,
-        Frictions(friction) if rubs else NoFrictions(friction),
+        Frictions() if rubs else NoFriction(),
     )
 
 
@@ -227,58 +268,124 @@ def _driven_weighed(forcing, damping, stiffness, strength, weight):
     return oscillator(damping, stiffness, 1.0, WeighedForce(forcing.forcing, strength, weight))
 
 
+# What follows takes masses and bodies as numbers: each hand-over of an array to a function counts
+# a reference, which costs as much as some twenty operations.
+
+
 @compiled
-def mass_of(model: Several, k: int, way: float) -> Any:
+def mass_at(model: Several, k: int) -> Mass:
+    """Constants of a mass."""
+    masses = model.masses
+    return Mass(
+        float(masses[k, 0]),
+        float(masses[k, 1]),
+        float(masses[k, 2]),
+        float(masses[k, 3]),
+        float(masses[k, 4]),
+        float(masses[k, 5]),
+        float(masses[k, 6]),
+        float(masses[k, 7]),
+        known_friction(model.friction, float(masses[k, 8])),
+    )
+
+
+@compiled
+def body_in(bodies: np.ndarray, k: int) -> Body:
+    """State of a mass."""
+    return Body(
+        float(bodies[k, 0]),
+        float(bodies[k, 1]),
+        float(bodies[k, 2]),
+        float(bodies[k, 3]),
+        float(bodies[k, 4]),
+        float(bodies[k, 5]),
+        float(bodies[k, 6]),
+        float(bodies[k, 7]),
+        float(bodies[k, 8]),
+        float(bodies[k, 9]),
+        float(bodies[k, 10]),
+        float(bodies[k, 11]),
+        float(bodies[k, 12]),
+        float(bodies[k, 13]),
+    )
+
+
+@compiled
+def put_body(bodies: np.ndarray, k: int, b: Body) -> None:
+    """Write the state of a mass."""
+    bodies[k, 0] = b.gap
+    bodies[k, 1] = b.rate
+    bodies[k, 2] = b.side
+    bodies[k, 3] = b.mode
+    bodies[k, 4] = b.cause
+    bodies[k, 5] = b.speed
+    bodies[k, 6] = b.first
+    bodies[k, 7] = b.completion
+    bodies[k, 8] = b.slip
+    bodies[k, 9] = b.previous
+    bodies[k, 10] = b.place
+    bodies[k, 11] = b.velocity
+    bodies[k, 12] = b.alone
+    bodies[k, 13] = b.arrives
+
+
+@compiled
+def flying(single: Rigid, m: Mass, way: float) -> Any:
     """A free mass in flight, which rubs on its box where it goes a `way`."""
-    slowed = way * friction_of(model.friction, k)
-    return _with_weight(model.mass, model, k, -(float(model.masses[k, GRAVITY]) + slowed))
+    return _with_weight(single.mass, m, -(m.gravity + way * m.friction))
 
 
 @by_class
-def _with_weight(mass: Any, model: Several, k: int, acceleration: float) -> Any:
+def _with_weight(mass: Any, m: Mass, acceleration: float) -> Any:
     """A free mass on its support, with a constant acceleration."""
 
 
 @_with_weight.of(Ballistic)
-def _ballistic_with_weight(mass, model, k, acceleration):
+def _ballistic_with_weight(mass, m, acceleration):
     return pushed_by(mass, acceleration)
 
 
 @_with_weight.of(Oscillator)
-def _supported_with_weight(mass, model, k, acceleration):
-    stiffness, damping = float(model.masses[k, STIFFNESS]), float(model.masses[k, DAMPING])
-    if stiffness == 0.0:
+def _supported_with_weight(mass, m, acceleration):
+    if m.stiffness == 0.0:
         return pushed_by(mass, acceleration)
     weighed = WeighedForce(common(mass.forcing), strength_on(mass), acceleration)
-    return oscillator(damping, stiffness, 1.0, weighed)
+    return oscillator(m.damping, m.stiffness, 1.0, weighed)
 
 
 @compiled
-def offset_of(model: Several, b: np.ndarray, k: int) -> float:
+def offset_of(m: Mass, b: Body) -> float:
     """Displacement of a mass less the primary's."""
-    return float(b[SIDE]) * (float(model.masses[k, CLEARANCE]) - float(b[GAP]))
+    return b.side * (m.clearance - b.gap)
 
 
 @compiled
-def own_acceleration(model: Several, s: SeveralSegment, k: int, v: float, way: float) -> float:
-    """Acceleration of a mass that nothing holds, at the primary's velocity `v`, sliding a way."""
-    phase = phase_at(model.free.forcing, s.periods, s.time)
-    return acceleration_of(mass_of(model, k, way), s.x + offset_of(model, s.bodies[k], k), v, phase)
+def own_acceleration(
+    single: Rigid, m: Mass, b: Body, x: float, v: float, phase: Any, way: float
+) -> float:
+    """Acceleration of a mass that nothing holds, beside the primary, sliding a way."""
+    return acceleration_of(flying(single, m, way), x + offset_of(m, b), v, phase)
 
 
 @by_class
-def friction_of(friction: Any, k: int) -> float:
-    """Acceleration that friction gives a free mass while it slides."""
+def known_friction(friction: Any, acceleration: float) -> float:
+    """Acceleration by friction, which compiled code knows to be 0 where no mass rubs."""
 
 
-@friction_of.of(NoFrictions)
-def _no_friction(friction, k):
+@known_friction.of(NoFriction)
+def _no_friction(friction, acceleration):
     return 0.0
 
 
-@friction_of.of(Frictions)
-def _friction_of(friction, k):
-    return float(friction.accelerations[k])
+@known_friction.of(Frictions)
+def _own_friction(friction, acceleration):
+    return acceleration
+
+
+@compiled
+def friction_of(model: Several, k: int) -> float:
+    """Acceleration that friction gives a free mass while it slides."""
+    return known_friction(model.friction, float(model.masses[k, FRICTION]))
 
 
 @compiled
@@ -296,10 +403,9 @@ def primary_with(model: Several, load: Load) -> Oscillator:
 
 
 @compiled
-def pull_of(model: Several, k: int, offset: float) -> float:
+def pull_of(m: Mass, offset: float) -> float:
     """Constant force to the left of a mass that moves with the primary at an offset."""
-    m = model.masses[k]
-    return float(m[RATIO]) * (float(m[GRAVITY]) + float(m[STIFFNESS]) * offset)
+    return m.ratio * (m.gravity + m.stiffness * offset)
 
 
 @compiled
@@ -307,53 +413,63 @@ def load_in(model: Several, ways: np.ndarray, offsets: np.ndarray) -> Load:
     """Load by the masses that move with the primary (`JOINED`) and by the friction of slides."""
     joined, damping, stiffness, pull = 0.0, model.free.damping, 1.0, 0.0
     for k in range(len(ways)):
-        ratio = float(model.masses[k, RATIO])
+        m = mass_at(model, k)
         if ways[k] == JOINED:
-            joined += ratio
-            damping += ratio * float(model.masses[k, DAMPING])
-            stiffness += ratio * float(model.masses[k, STIFFNESS])
-            pull += pull_of(model, k, float(offsets[k]))
+            joined += m.ratio
+            damping += m.ratio * m.damping
+            stiffness += m.ratio * m.stiffness
+            pull += pull_of(m, float(offsets[k]))
         else:
-            pull -= ratio * float(ways[k]) * friction_of(model.friction, k)
+            pull -= m.ratio * float(ways[k]) * m.friction
     return Load(joined, damping, stiffness, pull)
 
 
 @compiled
 def single_mass_view(
-    model: Several, start: Start, k: int, ratio: float, side: float, way: float
+    single: Rigid, m: Mass, start: Start, ratio: float, side: float, way: float
 ) -> Rigid:
-    """The rigid damper whose free mass of this ratio is body `k`, and all that sticks primary.
+    """The damper of one free mass of this ratio, whose primary carries all that sticks.
 
     Its walls are as the one of this side.
     """
     osc = start.osc
     return Rigid(
         ratio / (1.0 + start.joined),
-        float(model.masses[k, CLEARANCE]),
-        law_of(model, k, side),
-        model.cycle,
-        model.tolerance,
+        m.clearance,
+        law_of(m, side),
+        single.cycle,
+        single.tolerance,
         osc,
         osc,
-        mass_of(model, k, way),
+        flying(single, m, way),
         NoFriction(),
     )
 
 
 @compiled
-def segment_of(s: SeveralSegment, start: Start, k: int) -> Segment:
+def segment_of(b: Body, start: Start) -> Segment:
     """The segment of one body, as a damper with this one alone has it.
 
     In a tail that is in the frame of the centre of all that it joins.
     """
-    b = s.bodies[k]
-    side = float(b[SIDE])
-    v = start.primary.v
-    rate = float(b[RATE]) + side * (v - s.v)
-    mode = float(b[MODE])
-    gap, left = float(b[GAP]), float(b[COMPLETION])
+    p = start.primary
     return Segment(
-        s.periods, s.time, s.x, v, gap, rate, side, mode, NOTHING, 0.0, v, 0.0, left, 0.0, 0.0, 0.0
+        start.periods,
+        start.time,
+        p.x,
+        p.v,
+        b.gap,
+        b.rate + b.side * (p.v - start.v),
+        b.side,
+        b.mode,
+        NOTHING,
+        0.0,
+        p.v,
+        0.0,
+        b.completion,
+        0.0,
+        0.0,
+        0.0,
     )
 
 
@@ -378,29 +494,32 @@ def _flight_of_driven(mass, start, view, segment):
 
 
 @compiled
-def flight_of_body(model: Several, s: SeveralSegment, start: Start, k: int) -> tuple:
+def flight_of_body(single: Rigid, m: Mass, b: Body, start: Start) -> tuple:
     """The flight of one body: its segment, the damper that it is one of, what it follows from."""
-    seg = segment_of(s, start, k)
-    view = single_mass_view(model, start, k, 0.0, seg.side, float(s.bodies[k, SLIP_DIRECTION]))
+    seg = segment_of(b, start)
+    view = single_mass_view(single, m, start, 0.0, b.side, b.slip)
     return seg, view, flight_of(view.mass, start, view, seg)
 
 
 @by_class
-def fly_alone(mass: Any, body: np.ndarray, tau: float) -> None:
-    """Take displacement and velocity of a free mass on, where they are known; in place."""
+def fly_alone(
+    mass: Any, place: float, velocity: float, alone: float, tau: float
+) -> tuple[float, float, float]:
+    """Displacement and velocity of a free mass after a time, and the time for which it has flown.
+
+    The last is 0 where the first two are not known.
+    """
 
 
 @fly_alone.of(Ballistic)
-def _fly_alone(mass, body, tau):
-    way, velocity = body_at(mass, float(body[PLACE]), float(body[VELOCITY]), 0.0, tau)
-    body[PLACE] += way
-    body[VELOCITY] = velocity
-    body[ALONE] += tau
+def _fly_alone(mass, place, velocity, alone, tau):
+    way, velocity = body_at(mass, place, velocity, 0.0, tau)
+    return place + way, velocity, alone + tau
 
 
 @fly_alone.of(Oscillator)
-def _is_driven(mass, body, tau):
-    body[ALONE] = 0.0
+def _is_driven(mass, place, velocity, alone, tau):
+    return place, velocity, 0.0
 
 
 @by_class
@@ -465,56 +584,55 @@ def begin(model: Several, segment: SeveralSegment) -> Start:
 def begin_after(model: Several, s: SeveralSegment, osc: Oscillator, load: Load) -> Start:
     """As `begin`; the primary's oscillator is known for a load, which may be the same still."""
     joined, damping, stiffness, pull, carried = 0.0, model.free.damping, 1.0, 0.0, 0.0
-    for k in range(len(s.bodies)):
-        b = s.bodies[k]
-        if is_joined(b[MODE]):
-            ratio = float(model.masses[k, RATIO])
-            joined += ratio
-            damping += ratio * float(model.masses[k, DAMPING])
-            stiffness += ratio * float(model.masses[k, STIFFNESS])
-            pull += pull_of(model, k, offset_of(model, b, k))
-            if b[MODE] == TAIL:
-                carried += float(b[SIDE]) * ratio * float(b[RATE])
+    lifting, way = -1, 0.0
+    bodies = s.bodies
+    for k in range(len(bodies)):
+        m, b = mass_at(model, k), body_in(bodies, k)
+        if is_joined(b.mode):
+            joined += m.ratio
+            damping += m.ratio * m.damping
+            stiffness += m.ratio * m.stiffness
+            pull += pull_of(m, offset_of(m, b))
+            if b.mode == TAIL:
+                carried += b.side * m.ratio * b.rate
         else:
-            rubs = float(b[SLIP_DIRECTION]) * friction_of(model.friction, k)
-            pull -= float(model.masses[k, RATIO]) * rubs
+            pull -= m.ratio * (b.slip * m.friction)
+        if b.completion == LIFTS and lifting < 0:
+            lifting, way = k, b.slip
     is_same = joined == load.joined and pull == load.pull
     if not (is_same and damping == load.damping and stiffness == load.stiffness):
         load = Load(joined, damping, stiffness, pull)
         osc = primary_with(model, load)
     phase = phase_at(osc.forcing, s.periods, s.time)
     primary = motion_from(osc, s.x, s.v - carried / (1.0 + joined), phase)
-    return Start(osc, joined, _lifting(model.mass, model, s, osc, primary), load)
+    if lifting >= 0:
+        mass = flying(model.single, mass_at(model, lifting), way)
+        primary = _lifting(mass, osc, primary)
+    return Start(osc, joined, primary, load, s.periods, s.time, s.v)
 
 
 @by_class
-def _lifting(mass: Any, model: Any, s: Any, osc: Any, primary: Motion) -> Motion:
+def _lifting(mass: Any, osc: Oscillator, primary: Motion) -> Motion:
     """The primary's motion, with the very acceleration of a mass that leaves it just now."""
 
 
 @_lifting.of(Ballistic)
-def _lifting_ballistic(mass, model, s, osc, primary):
-    for k in range(len(s.bodies)):
-        b = s.bodies[k]
-        if b[COMPLETION] == LIFTS:
-            a = mass_of(model, k, float(b[SLIP_DIRECTION])).acceleration
-            return motion_at_release(osc, primary.x, primary.v, a, primary.phase)
-    return primary
+def _lifting_ballistic(mass, osc, primary):
+    return motion_at_release(osc, primary.x, primary.v, mass.acceleration, primary.phase)
 
 
 @_lifting.of(Oscillator)
-def _lifting_driven(mass, model, s, osc, primary):
+def _lifting_driven(mass, osc, primary):
     return primary
 
 
 @compiled
-def law_of(model: Several, k: int, side: float) -> YieldingRestitution:
+def law_of(m: Mass, side: float) -> YieldingRestitution:
     """Contact law of a mass at one of its walls."""
-    yields = float(model.masses[k, YIELDS])
-    return YieldingRestitution(float(model.masses[k, LEFT if side < 0.0 else RIGHT]), yields)
+    return YieldingRestitution(restitution_of(m, side), m.yields)
 
 
 @compiled
-def restitution_of(model: Several, k: int, side: float) -> float:
+def restitution_of(m: Mass, side: float) -> float:
     """Coefficient of restitution of a mass at one of its walls, at low speeds."""
-    return float(model.masses[k, LEFT if side < 0.0 else RIGHT])
+    return m.left if side < 0.0 else m.right

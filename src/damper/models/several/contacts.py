@@ -24,7 +24,6 @@ from damper.engine.segment import (
 )
 from damper.models.flights import VANISHES
 from damper.models.several.bodies import (
-    ARRIVES,
     CAUSE,
     COMPLETION,
     FIRST,
@@ -42,9 +41,11 @@ from damper.models.several.bodies import (
     WALL,
     Several,
     SeveralSegment,
+    body_in,
     friction_of,
     is_joined,
     law_of,
+    mass_at,
     own_acceleration,
 )
 from damper.models.several.pinch import NOTHING_LEFT
@@ -127,36 +128,37 @@ def hit(model: Several, v: float, bodies: np.ndarray) -> tuple[float, float]:
     """
     count, masses = len(bodies), model.masses
     for k in range(count):
-        b = bodies[k]
-        b[WALL], b[LEVEL], b[MOST] = 0.0, 0.0, 0.0
-        if b[ARRIVES] != 0.0:
-            speed = abs(float(b[RATE]))
-            if b[SIDE] != b[ARRIVES]:
-                b[FIRST] = 0.0
-            b[GAP], b[SIDE], b[SPEED], b[WALL] = 0.0, b[ARRIVES], speed, b[ARRIVES]
-            r = restitution_at(law_of(model, k, float(b[SIDE])), speed)
-            b[LEVEL] = float(b[WALL]) * (1.0 + r) * speed
-        elif b[MODE] == STICKING or (b[GAP] == 0.0 and b[RATE] == 0.0):
-            b[WALL] = b[SIDE]
+        m, b = mass_at(model, k), body_in(bodies, k)
+        wall, level = 0.0, 0.0
+        if b.arrives != 0.0:
+            wall, speed = b.arrives, abs(b.rate)
+            if b.side != wall:
+                bodies[k, FIRST] = 0.0
+            bodies[k, GAP], bodies[k, SIDE], bodies[k, SPEED] = 0.0, wall, speed
+            level = wall * (1.0 + restitution_at(law_of(m, wall), speed)) * speed
+        elif b.mode == STICKING or (b.gap == 0.0 and b.rate == 0.0):
+            wall = b.side
+        bodies[k, WALL], bodies[k, LEVEL], bodies[k, MOST] = wall, level, 0.0
     change = balance(0.0, masses, bodies)
     loss = 0.0
     for k in range(count):
-        b = bodies[k]
-        if b[ARRIVES] != 0.0:
-            speed = float(b[SPEED])
-            r = restitution_at(law_of(model, k, float(b[SIDE])), speed)
-            if b[FOLLOWS] == 1.0:
-                impulse = float(masses[k, RATIO] * b[WALL] * (b[LEVEL] - change))
-                loss += 0.5 * impulse * (1.0 - r) * speed
-                b[RATE], b[CAUSE] = r * speed, IMPACT
-                b[FIRST] = b[FIRST] if b[FIRST] > 0.0 else speed
+        m, b = mass_at(model, k), body_in(bodies, k)
+        follows = bodies[k, FOLLOWS] == 1.0
+        if b.arrives != 0.0:
+            if follows:
+                r = restitution_at(law_of(m, b.side), b.speed)
+                impulse = m.ratio * b.arrives * (float(bodies[k, LEVEL]) - change)
+                loss += 0.5 * impulse * (1.0 - r) * b.speed
+                bodies[k, RATE], bodies[k, CAUSE] = r * b.speed, IMPACT
+                bodies[k, FIRST] = b.first if b.first > 0.0 else b.speed
             else:  # another one's impact takes the wall away
-                b[RATE], b[SPEED] = b[WALL] * change - speed, 0.0
-        elif b[MODE] == STICKING:
-            if b[FOLLOWS] == 0.0 and b[SIDE] * change > 0.0:
-                b[MODE], b[RATE], b[CAUSE], b[FIRST] = FLIGHT, b[SIDE] * change, RELEASE, 0.0
-        elif b[FOLLOWS] == 0.0:
-            b[RATE] += b[SIDE] * change
+                bodies[k, RATE], bodies[k, SPEED] = b.arrives * change - b.speed, 0.0
+        elif b.mode == STICKING:
+            if not follows and b.side * change > 0.0:
+                bodies[k, MODE], bodies[k, RATE] = FLIGHT, b.side * change
+                bodies[k, CAUSE], bodies[k, FIRST] = RELEASE, 0.0
+        elif not follows:
+            bodies[k, RATE] = b.rate + b.side * change
     return v + change, loss
 
 
@@ -179,13 +181,12 @@ def common_motion(model: Several, s: SeveralSegment) -> Common:
     phase = phase_at(model.free.forcing, s.periods, s.time)
     free = motion_from(model.free, s.x, s.v, phase).a
     for k in range(len(s.bodies)):
-        b = s.bodies[k]
-        b[LEVEL] = 0.0
-        if b[WALL] != 0.0 or b[MOST] > 0.0:
-            b[LEVEL] = own_acceleration(model, s, k, s.v, 0.0)
+        m, b = mass_at(model, k), body_in(s.bodies, k)
+        s.bodies[k, LEVEL] = 0.0
+        if s.bodies[k, WALL] != 0.0 or s.bodies[k, MOST] > 0.0:
+            s.bodies[k, LEVEL] = own_acceleration(model.single, m, b, s.x, s.v, phase, 0.0)
         else:
-            friction = friction_of(model.friction, k)
-            free += float(b[SLIP_DIRECTION] * model.masses[k, RATIO]) * friction
+            free += b.slip * m.ratio * m.friction
     a = balance(free, model.masses, s.bodies)
     return Common(a, abs(free) + abs(s.x) + 2.0 * model.free.damping * abs(s.v))
 
@@ -199,19 +200,22 @@ def decide_contacts(model: Several, s: SeveralSegment, mode: float) -> None:
     """
     bodies = s.bodies
     count = len(bodies)
-    _turn(model.friction, bodies)
     any_rests = False
     for k in range(count):
-        b = bodies[k]
-        b[WALL], b[MOST] = 0.0, 0.0
-        friction, leaves = friction_of(model.friction, k), b[CAUSE] in (RELEASE, SLIP)
-        if b[MODE] == FLIGHT and b[RATE] == 0.0 and not leaves and _is_beside_wall(model, s, k):
-            b[GAP] = 0.0
-        on_wall = b[GAP] == 0.0
-        if is_joined(b[MODE]) or (b[RATE] == 0.0 and (on_wall or friction > 0.0) and not leaves):
-            any_rests = True
-            b[WALL] = b[SIDE] if on_wall else 0.0
-            b[MOST] = friction
+        friction = friction_of(model, k)
+        if friction > 0.0 and bodies[k, RATE] != 0.0:
+            _turn(bodies, k)
+        b = body_in(bodies, k)
+        leaves = b.cause == RELEASE or b.cause == SLIP
+        wall, most = 0.0, 0.0
+        if is_joined(b.mode) or (b.rate == 0.0 and not leaves):
+            if b.mode == FLIGHT and friction > 0.0 and _is_beside_wall(model, s, k):
+                bodies[k, GAP] = 0.0
+            on_wall = bodies[k, GAP] == 0.0
+            if is_joined(b.mode) or on_wall or friction > 0.0:
+                any_rests = True
+                wall, most = b.side if on_wall else 0.0, friction
+        bodies[k, WALL], bodies[k, MOST] = wall, most
     if not any_rests:
         return
     common = common_motion(model, s)
@@ -222,7 +226,7 @@ def decide_contacts(model: Several, s: SeveralSegment, mode: float) -> None:
             asked = common.a - level
             beyond = max(low - asked, asked - high)
             way = 0.0
-            if friction_of(model.friction, k) > 0.0:
+            if friction_of(model, k) > 0.0:
                 way = -1.0 if asked > high else 1.0
             size = common.size + abs(level) + most
             _decide(bodies[k], beyond, VANISHES * ROUNDOFF * size, way, mode)
@@ -231,19 +235,17 @@ def decide_contacts(model: Several, s: SeveralSegment, mode: float) -> None:
 @compiled
 def _is_beside_wall(model, s, k):
     """Whether a mass that rubs, and stops, would be at its wall in a negligible time."""
-    most, b = friction_of(model.friction, k), s.bodies[k]
-    if most == 0.0:
-        return False
+    m, b = mass_at(model, k), body_in(s.bodies, k)
     phase = phase_at(model.free.forcing, s.periods, s.time)
-    scale = abs(motion_from(model.free, s.x, s.v, phase).a) + most
-    scale += abs(own_acceleration(model, s, k, s.v, 0.0))
-    return bool(2.0 * b[GAP] <= scale * negligible(model) ** 2)
+    scale = abs(motion_from(model.free, s.x, s.v, phase).a) + m.friction
+    scale += abs(own_acceleration(model.single, m, b, s.x, s.v, phase, 0.0))
+    return 2.0 * b.gap <= scale * negligible(model.tolerance) ** 2
 
 
 @compiled
-def negligible(model: Several) -> float:
+def negligible(tolerance: float) -> float:
     """Longest time that counts as none."""
-    return float(NOTHING_LEFT * model.tolerance)
+    return NOTHING_LEFT * tolerance
 
 
 @compiled
@@ -269,27 +271,24 @@ def _decide(b, beyond, slack, way, mode):
 
 
 @compiled
-def _turn(friction, bodies):
-    """Let all that move relative to the primary slide that way; in place."""
-    for k in range(len(bodies)):
-        b = bodies[k]
-        if b[RATE] == 0.0 or friction_of(friction, k) == 0.0:
-            continue
-        way = -b[SIDE] if b[RATE] > 0.0 else b[SIDE]
-        if b[MODE] == RESTING:  # another one's impact moves its box
-            b[MODE], b[CAUSE] = FLIGHT, SLIP
-        elif b[SLIP_DIRECTION] == -way and b[CAUSE] == NOTHING:
-            b[CAUSE] = REVERSAL
-        b[SLIP_DIRECTION] = way
+def _turn(bodies, k):
+    """Let a mass that moves relative to the primary slide that way; in place."""
+    b = bodies[k]
+    way = -b[SIDE] if b[RATE] > 0.0 else b[SIDE]
+    if b[MODE] == RESTING:  # another one's impact moves its box
+        b[MODE], b[CAUSE] = FLIGHT, SLIP
+    elif b[SLIP_DIRECTION] == -way and b[CAUSE] == NOTHING:
+        b[CAUSE] = REVERSAL
+    b[SLIP_DIRECTION] = way
 
 
 @compiled
 def clamp_slides(bodies: np.ndarray) -> None:
     """Let slides go one way up to their end, whatever roundoff makes of their speed; in place."""
     for k in range(len(bodies)):
-        b = bodies[k]
-        if b[MODE] == FLIGHT and b[SLIP_DIRECTION] * b[SIDE] * b[RATE] > 0.0:
-            b[RATE] = 0.0
+        b = body_in(bodies, k)
+        if b.mode == FLIGHT and b.slip * b.side * b.rate > 0.0:
+            bodies[k, RATE] = 0.0
 
 
 @compiled
@@ -298,22 +297,22 @@ def release(model: Several, s: SeveralSegment, k: int, side: float) -> None:
 
     The same happens to all masses under the same acceleration. `side` is that of the search.
     """
-    bodies = s.bodies
-    b = bodies[k]
-    stops, rate = b[MODE] == FLIGHT, float(b[SIDE] * b[RATE])
-    way = float(b[SLIP_DIRECTION] if stops else -side * b[SIDE])
-    level = own_acceleration(model, s, k, s.v, way)
+    bodies, phase = s.bodies, phase_at(model.free.forcing, s.periods, s.time)
+    b = body_in(bodies, k)
+    stops = b.mode == FLIGHT
+    way = b.slip if stops else -side * b.side
+    level = own_acceleration(model.single, mass_at(model, k), b, s.x, s.v, phase, way)
     for j in range(len(bodies)):
-        c = bodies[j]
-        if own_acceleration(model, s, j, s.v, way) != level:
+        m, c = mass_at(model, j), body_in(bodies, j)
+        if own_acceleration(model.single, m, c, s.x, s.v, phase, way) != level:
             continue
         if stops:
-            if c[MODE] == FLIGHT and c[SLIP_DIRECTION] == way and c[SIDE] * c[RATE] == rate:
-                c[CAUSE] = REST
-        elif is_joined(c[MODE]) and (c[MODE] == RESTING or way == -c[SIDE]):
-            c[CAUSE] = RELEASE if c[MODE] == STICKING else SLIP
-            c[SLIP_DIRECTION] = way if friction_of(model.friction, j) > 0.0 else 0.0
-            c[MODE], c[COMPLETION] = FLIGHT, LIFTS
+            if c.mode == FLIGHT and c.slip == way and c.side * c.rate == b.side * b.rate:
+                bodies[j, CAUSE] = REST
+        elif is_joined(c.mode) and (c.mode == RESTING or way == -c.side):
+            bodies[j, CAUSE] = RELEASE if c.mode == STICKING else SLIP
+            bodies[j, SLIP_DIRECTION] = way if m.friction > 0.0 else 0.0
+            bodies[j, MODE], bodies[j, COMPLETION] = FLIGHT, LIFTS
     for j in range(len(bodies)):
         if bodies[j, CAUSE] == REST:
             bodies[j, RATE], bodies[j, CAUSE] = 0.0, NOTHING

@@ -37,7 +37,8 @@ from damper.models.several.bodies import (
     SLIP_DIRECTION,
     SPEED,
     Frictions,
-    friction_of,
+    body_in,
+    mass_at,
     own_acceleration,
 )
 from damper.models.several.contacts import decide_contacts, negligible
@@ -74,7 +75,7 @@ def _first_stop(friction, own, view, segment, way, last, slowest):
 
 @close_at_both_walls.of(Frictions)
 def _fade(friction, model, s, start):
-    fades = _fading(friction, model, s)
+    fades = _fading(model, s)
     if not np.any(fades):
         return False, 0.0
     return True, _stop(model, s, start, fades)
@@ -92,7 +93,7 @@ def _is_over(friction, model, s, start, k, chatter):
 
 
 @compiled
-def _fading(friction, model, s):
+def _fading(model, s):
     """Which masses have all but no speed after an impact that had none either.
 
     Where a wall presses one only as long as others rest that each impact moves, no sequence is one
@@ -101,17 +102,18 @@ def _fading(friction, model, s):
     """
     bodies = s.bodies
     fades = np.zeros(len(bodies))
-    a = abs(motion_from(model.free, s.x, s.v, phase_at(model.free.forcing, s.periods, s.time)).a)
+    phase = phase_at(model.free.forcing, s.periods, s.time)
+    a = abs(motion_from(model.free, s.x, s.v, phase).a)
     any_hits = False
     for k in range(len(bodies)):
-        b, most = bodies[k], friction_of(friction, k)
-        own = abs(own_acceleration(model, s, k, s.v, 0.0))
-        least = (a + own + most) * negligible(model) ** 2
-        near = 2.0 * b[GAP] <= least
-        if b[MODE] == FLIGHT and abs(b[RATE]) <= least and (near or most > 0.0):
+        m, b = mass_at(model, k), body_in(bodies, k)
+        own = abs(own_acceleration(model.single, m, b, s.x, s.v, phase, 0.0))
+        least = (a + own + m.friction) * negligible(model.tolerance) ** 2
+        near = 2.0 * b.gap <= least
+        if b.mode == FLIGHT and abs(b.rate) <= least and (near or m.friction > 0.0):
             fades[k] = 1.0
-            b[GAP] = 0.0 if near else b[GAP]
-            any_hits = any_hits or (b[CAUSE] == IMPACT and b[SPEED] <= least)
+            bodies[k, GAP] = 0.0 if near else b.gap
+            any_hits = any_hits or (b.cause == IMPACT and b.speed <= least)
     return fades if any_hits else np.zeros(len(bodies))
 
 

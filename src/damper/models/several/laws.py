@@ -33,12 +33,14 @@ from damper.models.several.bodies import (
     STIFFNESS,
     Several,
     begin,
+    body_in,
     flight_of_body,
+    flying,
     friction_of,
     gap_after,
     is_joined,
     law_of,
-    mass_of,
+    mass_at,
 )
 from damper.models.several.motion import bodies_in, primary_after
 
@@ -60,7 +62,9 @@ def _unclipped(model, s, start, tau):
             found[k, _GAP], found[k, _RATE] = b[GAP], b[RATE]
             found[k, _SIZE] = abs(b[GAP]) + abs(b[RATE]) * tau
             continue
-        seg, view, own = flight_of_body(model, s, start, k)
+        seg, view, own = flight_of_body(
+            model.single, mass_at(model, k), body_in(s.bodies, k), start
+        )
         gap, rate, roundoff = gap_after(own, view, seg, way, change, tau)
         # The bounces of a tail move the primary about the centre that it follows.
         found[k, _GAP] = gap + seg.side * (x - centre)
@@ -81,14 +85,14 @@ def _is_over(model, s, k, rebound):
     phase = phase_at(model.free.forcing, s.periods, s.time)
     y = s.x + float(s.bodies[k, SIDE] * model.masses[k, CLEARANCE])
     a = acceleration_of(model.free, s.x, s.v, phase)
-    pressed = abs(a - acceleration_of(mass_of(model, k, 0.0), y, s.v, phase))
+    pressed = abs(a - acceleration_of(flying(model.single, mass_at(model, k), 0.0), y, s.v, phase))
     # Masses at rest pull the primary at most as their weight and their supports would.
-    pressed += friction_of(model.friction, k) + float(np.max(np.abs(model.masses[:, GRAVITY])))
+    pressed += friction_of(model, k) + float(np.max(np.abs(model.masses[:, GRAVITY])))
     for j in range(len(s.bodies)):
         pull = support_size(model, j, s.x, s.v)
         pressed += pull if j == k else float(model.masses[j, RATIO]) * pull
     for j in range(len(s.bodies)):
-        pressed += float(model.masses[j, RATIO]) * friction_of(model.friction, j)
+        pressed += float(model.masses[j, RATIO]) * friction_of(model, j)
     return rebound <= model.tolerance * pressed
 
 
@@ -113,7 +117,9 @@ def _brakes(model, s, rates):
         if is_joined(b[MODE]):
             heavier += ratio
             if _is_hit(s, k) and b[RATE] == 0.0:
-                rate = -restitution_at(law_of(model, k, side), -float(rates[k])) * float(rates[k])
+                rate = -restitution_at(law_of(mass_at(model, k), side), -float(rates[k])) * float(
+                    rates[k]
+                )
             elif b[SPEED] < 0.0:
                 rate = -float(b[SPEED])
         pushed += side * ratio * rate
@@ -130,7 +136,7 @@ def _speeds(model, last, v, ends, x):
         clearance, gravity = model.masses[k, CLEARANCE], model.masses[k, GRAVITY]
         size += abs(ends[k, _RATE]) + abs(last.bodies[k, RATE])
         size += float(abs(gravity)) * last.duration
-        mass = mass_of(model, k, 0.0)
+        mass = flying(model.single, mass_at(model, k), 0.0)
         size += mass_speed(mass, float(clearance), abs(x), abs(last.v), last.duration)
     return size
 
@@ -160,7 +166,7 @@ def _compare(model, last, s, found):
         if first and _is_hit(s, k):
             any_hit = True
             found.touch = larger(found.touch, violation(gap, size))
-            rebound = -restitution_at(law_of(model, k, side), -float(rate)) * rate
+            rebound = -restitution_at(law_of(mass_at(model, k), side), -float(rate)) * rate
             if not (b[MODE] == TAIL and b[RATE] == 0.0 and _is_over(model, s, k, rebound)):
                 law = violation(float(b[RATE]) - (rebound + side * brakes), speeds)
                 found.restitution_law = larger(found.restitution_law, law)
@@ -213,10 +219,12 @@ def _sample(model, s, found):
             held = s.bodies[j, MODE] in (STICKING, RESTING)
             if held and not bounces:
                 y = x + side * (clearance - s.bodies[j, GAP])
-                pressed = side * (acceleration_of(mass_of(model, j, 0.0), y, v, phase) - a)
+                pressed = side * (
+                    acceleration_of(flying(model.single, mass_at(model, j), 0.0), y, v, phase) - a
+                )
                 if s.bodies[j, MODE] == RESTING:
                     pressed = -abs(pressed)
-                most = friction_of(model.friction, j)
+                most = friction_of(model, j)
                 pressed, gravity = pressed + most, gravity + most
                 speed = abs(v) + abs(s.v) + (force + abs(s.x)) * min(s.duration, 1.0)
                 size = force + gravity + 2.0 * model.free.damping * speed + abs(x) + abs(s.x)

@@ -1,5 +1,7 @@
 """The motion of several free masses in a segment."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from damper.engine import model as declared
@@ -25,16 +27,19 @@ from damper.models.several.bodies import (
     SLIP_DIRECTION,
     SPEED,
     VELOCITY,
+    Body,
     Several,
     SeveralSegment,
     Start,
     begin,
+    body_in,
     flight_of,
     flight_of_body,
     fly_alone,
-    friction_of,
     gap_after,
     is_joined,
+    mass_at,
+    put_body,
     restitution_of,
     segment_of,
     single_mass_view,
@@ -44,6 +49,17 @@ from damper.models.several.pinch import is_pinched
 
 #: Roundoffs of a gap within which an approaching mass is at the wall together with another.
 _TOGETHER = 4.0
+
+
+class Moved(NamedTuple):
+    """Motion of the primary over a time."""
+
+    x: float
+    v: float
+    """Where it is then."""
+    way: float
+    change: float
+    """Increments of displacement and velocity."""
 
 
 @compiled
@@ -68,32 +84,55 @@ def all_after(
     x, v, way, change = primary_after(start, tau)
     bodies = s.bodies.copy()
     for k in range(len(bodies)):
-        b = bodies[k]
-        b[SPEED], b[ARRIVES] = 0.0, wall if k == first else 0.0
-        b[PREVIOUS_STATE] = JOINED if is_joined(b[MODE]) else b[SLIP_DIRECTION]
-        if is_joined(b[MODE]):
-            b[ALONE] = 0.0
+        m, b = mass_at(model, k), body_in(bodies, k)
+        if is_joined(b.mode):
+            bodies[k, SPEED], bodies[k, ARRIVES] = 0.0, 0.0
+            bodies[k, PREVIOUS_STATE], bodies[k, ALONE] = JOINED, 0.0
             continue
-        seg, view, own = flight_of_body(model, s, start, k)
-        gap, rate, roundoff = gap_after(own, view, seg, way, change, tau)
-        width = 2.0 * view.clearance
-        if b[ALONE] == 0.0:
-            b[PLACE] = s.x + b[SIDE] * (view.clearance - b[GAP])
-            b[VELOCITY] = s.v - b[SIDE] * b[RATE]
-        long = b[ALONE] >= HORIZON
-        fly_alone(view.mass, b, tau)
-        if long and b[ALONE] > 0.0:
-            # As increments its roundoff would add up.
-            gap = view.clearance - seg.side * (float(b[PLACE]) - x)
-            rate = seg.side * (v - float(b[VELOCITY]))
-        if k != first:
-            if gap <= _TOGETHER * roundoff and rate < 0.0:
-                b[ARRIVES] = seg.side
-            elif width - gap <= _TOGETHER * (roundoff + ROUNDOFF * width) and rate > 0.0:
-                b[ARRIVES] = -seg.side
-        b[GAP], b[RATE], b[COMPLETION] = min(max(gap, 0.0), width), rate, 0.0
+        moved = Moved(x, v, way, change)
+        put_body(bodies, k, _body_after(model.single, m, b, start, moved, tau))
+        if k == first:
+            bodies[k, ARRIVES] = wall
     periods, time = clock_after(model.cycle, s.periods, s.time, tau)
     return periods, time, x, v, bodies
+
+
+@compiled
+def _body_after(single, m, b, start, moved, tau):
+    """State of a mass in flight after a time; it may be at a wall then."""
+    seg, view, own = flight_of_body(single, m, b, start)
+    gap, rate, roundoff = gap_after(own, view, seg, moved.way, moved.change, tau)
+    width = 2.0 * m.clearance
+    place, velocity = b.place, b.velocity
+    if b.alone == 0.0:
+        place = start.primary.x + b.side * (m.clearance - b.gap)
+        velocity = start.v - b.side * b.rate
+    place, velocity, alone = fly_alone(view.mass, place, velocity, b.alone, tau)
+    if b.alone >= HORIZON and alone > 0.0:
+        # As increments its roundoff would add up.
+        gap = m.clearance - b.side * (place - moved.x)
+        rate = b.side * (moved.v - velocity)
+    arrives = 0.0
+    if gap <= _TOGETHER * roundoff and rate < 0.0:
+        arrives = b.side
+    elif width - gap <= _TOGETHER * (roundoff + ROUNDOFF * width) and rate > 0.0:
+        arrives = -b.side
+    return Body(
+        min(max(gap, 0.0), width),
+        rate,
+        b.side,
+        b.mode,
+        b.cause,
+        0.0,
+        b.first,
+        0.0,
+        b.slip,
+        b.slip,
+        place,
+        velocity,
+        alone,
+        arrives,
+    )
 
 
 @declared.state_in.of(Several)
@@ -147,10 +186,10 @@ def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, flo
 @compiled
 def bounce_in(model: Several, s: SeveralSegment, k: int) -> Bounce:
     """How a body bounces in a tail: as in the flight that has begun there."""
-    most = friction_of(model.friction, k)
-    if most == 0.0:
+    m = mass_at(model, k)
+    if m.friction == 0.0:
         # As fast back as out, whatever presses it.
-        return Bounce(1.0, 1.0, restitution_of(model, k, float(s.bodies[k, SIDE])))
+        return Bounce(1.0, 1.0, restitution_of(m, float(s.bodies[k, SIDE])))
     bodies, ratio = s.bodies.copy(), 0.0
     for j in range(len(bodies)):
         if bodies[j, MODE] == TAIL:
@@ -158,10 +197,10 @@ def bounce_in(model: Several, s: SeveralSegment, k: int) -> Bounce:
             bodies[j, MODE], bodies[j, SLIP_DIRECTION] = FLIGHT, -bodies[j, SIDE]
     flight = segment_of_all(s.periods, s.time, s.x, s.v, bodies)
     start = begin(model, flight)
-    seg = segment_of(flight, start, k)
-    view = single_mass_view(model, start, k, ratio, seg.side, -seg.side)
+    seg = segment_of(body_in(bodies, k), start)
+    view = single_mass_view(model.single, m, start, ratio, seg.side, -seg.side)
     own = flight_of(view.mass, start, view, seg)
-    return bounce_from(own, view, seg, most)
+    return bounce_from(own, view, seg, m.friction)
 
 
 @declared.masses_at.of(Several)

@@ -21,7 +21,6 @@ from damper.engine.compiled import compiled
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
 from damper.models.several.bodies import (
-    CAUSE,
     CLEARANCE,
     COMPLETION,
     GAP,
@@ -32,7 +31,9 @@ from damper.models.several.bodies import (
     YIELDS,
     Several,
     Start,
+    body_in,
     law_of,
+    mass_at,
     restitution_of,
 )
 
@@ -53,15 +54,15 @@ def close_pinch(model: Several, bodies: np.ndarray) -> bool:
     """
     longest = NOTHING_LEFT * model.tolerance
     for k in range(len(bodies)):
-        hit = bodies[k, MODE] == FLIGHT and bodies[k, CAUSE] == IMPACT and bodies[k, RATE] >= 0.0
-        if not hit:
+        b = body_in(bodies, k)
+        if not (b.mode == FLIGHT and b.cause == IMPACT and b.rate >= 0.0):
             continue
         for j in range(len(bodies)):
-            gap, rate = float(bodies[j, GAP]), float(bodies[j, RATE])
-            comes = rate < 0.0 and gap <= -rate * longest and bodies[j, MODE] == FLIGHT
-            if not comes or bodies[j, SIDE] == bodies[k, SIDE]:
+            c = body_in(bodies, j)
+            comes = c.rate < 0.0 and c.gap <= -c.rate * longest and c.mode == FLIGHT
+            if not comes or c.side == b.side:
                 continue
-            left = gap * times_over_gaps(bodies, k, j, turns_of(model, bodies, k, j))[0]
+            left = c.gap * times_over_gaps(bodies, k, j, turns_of(model, bodies, k, j))[0]
             if left <= longest and _are_alone(model, bodies, k, j, left):
                 before = bodies.copy()
                 for i in range(len(bodies)):
@@ -88,7 +89,8 @@ class Turns(NamedTuple):
 def turns_of(model: Several, bodies: np.ndarray, k: int, j: int) -> Turns:
     """Turns of body `k`, which leaves its wall, and `j`, which comes next at the opposite one."""
     b, c = bodies[k], bodies[j]
-    own, other = restitution_of(model, k, float(b[SIDE])), restitution_of(model, j, float(c[SIDE]))
+    own = restitution_of(mass_at(model, k), float(b[SIDE]))
+    other = restitution_of(mass_at(model, j), float(c[SIDE]))
     mu, nu = _together(model, bodies, k), _together(model, bodies, j)
     first, second = nu * (1.0 + other) / (1.0 + nu), mu * (1.0 + own) / (1.0 + mu)
     y = first + float(b[RATE] / c[RATE])
@@ -127,7 +129,7 @@ def _in_step(model, bodies, i, k):
     b, c = bodies[i], bodies[k]
     side = float(c[SIDE])
     moves = b[GAP] == c[GAP] and b[RATE] == c[RATE] and b[MODE] == c[MODE]
-    alike = law_of(model, i, side) == law_of(model, k, side)
+    alike = law_of(mass_at(model, i), side) == law_of(mass_at(model, k), side)
     return bool(moves and alike and b[SIDE] == side)
 
 
@@ -213,7 +215,7 @@ def share_of_pinch(model: Several, bodies: np.ndarray, body: int) -> float:
 @compiled
 def _turn_of(model, bodies, k):
     """Mass ratio and restitution of what hits together."""
-    return _together(model, bodies, k), restitution_of(model, k, float(bodies[k, SIDE]))
+    return _together(model, bodies, k), restitution_of(mass_at(model, k), float(bodies[k, SIDE]))
 
 
 @compiled

@@ -17,6 +17,7 @@ from damper.engine.segment import FLIGHT, TAIL
 from damper.models import extremes
 from damper.models import response as declared
 from damper.models.flights import Bounce, gap_of
+from damper.models.masses import NoFriction
 from damper.models.several import bodies as several
 from damper.models.several.motion import bodies_in, bounce_in, primary_after, state_in
 from damper.models.several.pinch import is_pinched, lost_in_pinch, share_of_pinch
@@ -128,7 +129,7 @@ def rubbed_in(
     """What dry friction takes in a part of a segment, in which bounces carry the primary so far."""
 
 
-@rubbed_in.of(several.NoFrictions)
+@rubbed_in.of(NoFriction)
 def _nothing_rubbed(friction, model, segment, low, high, carried):
     return 0.0
 
@@ -143,7 +144,7 @@ def _rubbed_in(friction, model, segment, low, high, carried):
         if b[several.MODE] == FLIGHT and b[several.SLIP_DIRECTION] != 0.0:
             moved = _moved(model.mass, model, segment, start, k, low, high)
             slid = abs(moved + float(b[several.SIDE]) * carried)
-            lost += float(model.masses[k, several.RATIO]) * friction.accelerations[k] * slid
+            lost += float(model.masses[k, several.RATIO]) * several.friction_of(model, k) * slid
     return lost
 
 
@@ -159,14 +160,16 @@ def _ballistic_moved(mass, model, s, start, k, low, high):
     _, _, before, _ = primary_after(start, low)
     _, _, after, _ = primary_after(start, high)
     rate = float(b[several.RATE]) + float(b[several.SIDE]) * (start.primary.v - s.v)
-    a = several.mass_of(model, k, float(b[several.SLIP_DIRECTION])).acceleration
+    m, way = several.mass_at(model, k), float(b[several.SLIP_DIRECTION])
+    a = several.flying(model.single, m, way).acceleration
     fallen = 0.5 * a * (high - low) * (high + low)
     return rate * (high - low) + float(b[several.SIDE]) * ((after - before) - fallen)
 
 
 @_moved.of(Oscillator)
 def _driven_moved(mass, model, s, start, k, low, high):
-    seg, view, own = several.flight_of_body(model, s, start, k)
+    m, b = several.mass_at(model, k), several.body_in(s.bodies, k)
+    seg, view, own = several.flight_of_body(model.single, m, b, start)
     moving = gap_of(own, view, seg, 1.0)
     return point_at(moving, high).value - point_at(moving, low).value
 
@@ -176,7 +179,7 @@ def _given_up(model, s, k, low, high):
     """Energy that a mass in flight and its spring give to dashpot and force, not to friction."""
     b = s.bodies[k]
     rubs = float(b[several.SLIP_DIRECTION] * model.masses[k, several.RATIO])
-    rubs *= several.friction_of(model.friction, k)
+    rubs *= several.friction_of(model, k)
     lost = 0.0
     for tau in (high, low):
         _, _, y, u = state_in(model, s, tau)
@@ -221,10 +224,9 @@ def _integrate_segment(model, tables, segment, low, high, peak):
     for k in range(len(s.bodies)):
         if not several.is_joined(s.bodies[k, several.MODE]):
             own = float(model.masses[k, several.RATIO]) * (1.0 + start.joined)
-            seg = several.segment_of(s, start, k)
-            view = several.single_mass_view(
-                model, start, k, own, seg.side, float(s.bodies[k, several.SLIP_DIRECTION])
-            )
+            m, b = several.mass_at(model, k), several.body_in(s.bodies, k)
+            seg = several.segment_of(b, start)
+            view = several.single_mass_view(model.single, m, start, own, b.side, b.slip)
             on_mass = declared.work_in_flight(view.mass, view, seg, low, high)
             work += on_mass
             if model.masses[k, several.DAMPING] > 0.0:
@@ -249,7 +251,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
             apart * force,
             apart * force1,
             share,
-            several.restitution_of(model, number, side),
+            several.restitution_of(several.mass_at(model, number), side),
             float(s.bodies[number, several.RATE]),
             float(s.bodies[number, several.COMPLETION]),
         )

@@ -26,10 +26,11 @@ from damper.models.several.bodies import (
     SPEED,
     Several,
     begin,
+    flying,
     is_joined,
     is_on_wall,
     load_in,
-    mass_of,
+    mass_at,
     primary_with,
     ways_in,
 )
@@ -133,6 +134,7 @@ def _after(there, model, s, v):
         else:
             y = s.x + b[SIDE] * (model.masses[k, CLEARANCE] - b[GAP])
             u = s.v - b[SIDE] * b[RATE]
-            way, later = body_at(mass_of(there, k, float(b[SLIP_DIRECTION])), y, u, phase, tau)
+            mass = flying(there.single, mass_at(there, k), float(b[SLIP_DIRECTION]))
+            way, later = body_at(mass, y, u, phase, tau)
             found[2 + 2 * k], found[3 + 2 * k] = way, later - u
     return found

@@ -21,15 +21,13 @@ from damper.engine.segment import (
     Segment,
 )
 from damper.models.flights import completes, completes_rubbing, gap_of
-from damper.models.masses import Rigid
+from damper.models.masses import NoFriction, Rigid
 from damper.models.masses.holds import Hold, hold_at_start
 from damper.models.several.bodies import (
     CAUSE,
     CLEARANCE,
     COMPLETION,
-    DAMPING,
     GAP,
-    GRAVITY,
     JOINED,
     LEVEL,
     MODE,
@@ -39,20 +37,21 @@ from damper.models.several.bodies import (
     SIDE,
     SLIP_DIRECTION,
     SPEED,
-    STIFFNESS,
     WALL,
-    NoFrictions,
+    Body,
+    Mass,
     Several,
     SeveralSegment,
     Start,
     begin,
+    body_in,
     flight_of,
     flight_of_body,
-    friction_of,
+    flying,
     is_joined,
     law_of,
     load_in,
-    mass_of,
+    mass_at,
     offset_of,
     own_acceleration,
     primary_with,
@@ -81,10 +80,11 @@ class NextEvent(NamedTuple):
 
 @compiled
 def next_event(
-    model: Several,
-    s: SeveralSegment,
+    friction: Any,
+    single: Rigid,
+    m: Mass,
+    b: Body,
     start: Start,
-    k: int,
     last: float,
     margin: float,
     slowest: float,
@@ -93,21 +93,19 @@ def next_event(
 
     It arrives within a margin of a wall, and ends a slide at the speed `slowest`.
     """
-    b = s.bodies[k]
-    if is_joined(b[MODE]):
-        mass, most = mass_of(model, k, 0.0), friction_of(model.friction, k)
-        offset = offset_of(model, b, k)
-        hold = Hold(start.osc, mass, start.primary, float(b[SIDE]), offset, most)
+    if is_joined(b.mode):
+        mass, offset = flying(single, m, 0.0), offset_of(m, b)
+        hold = Hold(start.osc, mass, start.primary, b.side, offset, m.friction)
         here = hold_at_start(hold)
-        width = 2.0 * hold.friction if b[MODE] == RESTING else math.inf
+        width = 2.0 * hold.friction if b.mode == RESTING else math.inf
         if _is_balanced(here, width):
             # All hang at rest: what is left of a force that others' weights do not let vanish.
             return NextEvent(last, 0.0, 1, False)
         lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
         root = first_root(hold, here, width, lifts_off, last, 0.0)
         return NextEvent(root.point.tau + root.step, root.side, root.steps, False)
-    seg, view, own = flight_of_body(model, s, start, k)
-    stop = first_stop(model.friction, own, view, seg, float(b[SLIP_DIRECTION]), last, slowest)
+    seg, view, own = flight_of_body(single, m, b, start)
+    stop = first_stop(friction, own, view, seg, b.slip, last, slowest)
     if stop.side == GAVE_UP:
         return stop
     moving = less(gap_of(own, view, seg, 1.0), margin, 0.0)
@@ -142,7 +140,7 @@ def first_stop(
     """When a slide has slowed down to this speed; up to a time."""
 
 
-@first_stop.of(NoFrictions)
+@first_stop.of(NoFriction)
 def _no_stop(friction, own, view, segment, way, last, slowest):
     return NextEvent(last, 0.0, 0, False)
 
@@ -179,13 +177,18 @@ def close(model: Several, s: SeveralSegment, start: Start) -> tuple[float, bool]
     if not faded:
         for k in range(len(s.bodies)):
             # Asked before the calls, which take time even where they answer at once.
-            b = s.bodies[k]
-            if b[MODE] != FLIGHT or b[GAP] != 0.0 or b[CAUSE] == NOTHING:
+            b = body_in(s.bodies, k)
+            if b.mode != FLIGHT or b.gap != 0.0 or b.cause == NOTHING:
                 continue
-            chatter = _chatter_of(model, s, start, k)
+            chatter = Chatter(math.inf, 0.0, 0.0)
+            if b.rate > 0.0:
+                ratio = _chattering_with(model, s.bodies, k)
+                chatter = _chatter_of(model.single, mass_at(model, k), b, start, ratio)
             if ends_now(model.friction, model, s, start, k, chatter):
                 any_rests = True
-            elif _is_closed(model, s, start, k, chatter):
+                continue
+            lasts = negligible(model.tolerance) < chatter.left < math.inf and b.cause == IMPACT
+            if lasts and _is_closed(model, s, start, k, chatter):
                 return s.v, True
     if any_rests:
         change = merge_at_rest(model, s)
@@ -217,41 +220,37 @@ def decide_again(friction: Any, model: Several, s: SeveralSegment, v: float) -> 
     """Ask who rests once others have come to rest, in place: here nothing has changed for them."""
 
 
-@ends_now.of(NoFrictions)
+@ends_now.of(NoFriction)
 def _is_over(friction, model, s, start, k, chatter):
-    ends = chatter.left <= negligible(model)
-    return ends and not _meets_another(s.bodies, k, chatter.left)
+    if chatter.left > negligible(model.tolerance):
+        return False
+    return not _meets_another(s.bodies, k, chatter.left)
 
 
 @compiled
-def _chatter_of(model, s, start, k):
-    """How a body goes on that something has happened to on a wall."""
-    b = s.bodies[k]
-    if not b[RATE] > 0.0:
-        return Chatter(math.inf, 0.0, 0.0)
-    ratio = _chattering_with(model, s.bodies, k)
-    seg = segment_of(s, start, k)
-    view = single_mass_view(model, start, k, ratio, seg.side, float(b[SLIP_DIRECTION]))
+def _chatter_of(single, m, b, start, ratio):
+    """Completion of a body that something has happened to on a wall, of all that chatter as one."""
+    seg = segment_of(b, start)
+    view = single_mass_view(single, m, start, ratio, b.side, b.slip)
     own = flight_of(view.mass, start, view, seg)
-    most, part = friction_of(model.friction, k), 1.0
-    if most == 0.0:
+    part = 1.0
+    if m.friction == 0.0:
         left, error = completes(view, view.mass_ratio, seg, own)
-        part -= restitution_of(model, k, seg.side)
+        part -= restitution_of(m, b.side)
     else:
-        left, error = completes_rubbing(own, view, seg, most)
+        left, error = completes_rubbing(own, view, seg, m.friction)
     # The next bounce must turn before the other wall; a constant force lets it rise this high.
     rise = 0.25 * seg.gap_rate * left * part
-    if not (error <= model.tolerance and rise <= view.clearance):
+    if not (error <= single.tolerance and rise <= view.clearance):
         left = math.inf
     return Chatter(left, rise, ratio)
 
 
 @compiled
 def _is_closed(model, s, start, k, chatter):
-    """Close a sequence of which more than nothing is left, in place; whether that is done."""
+    """Close a sequence unless another body disturbs it, in place; whether that is done."""
     bodies, left = s.bodies, chatter.left
-    known = negligible(model) < left < math.inf and bodies[k, CAUSE] == IMPACT
-    if not (known and _is_undisturbed(model, s, start, k, chatter)):
+    if not _is_undisturbed(model, s, start, k, chatter):
         return False
     for j in range(len(bodies)):
         if _chatters_with(model, bodies, k, j):
@@ -269,15 +268,16 @@ def _meets_another(bodies, k, left):
     return False
 
 
-@close_at_both_walls.of(NoFrictions)
+@close_at_both_walls.of(NoFriction)
 def _fade(friction, model, s, start):
     any_brief = False
     for k in range(len(s.bodies)):
-        b = s.bodies[k]
-        if b[MODE] == FLIGHT and b[GAP] == 0.0 and b[RATE] > 0.0 and b[CAUSE] == IMPACT:
-            own = own_acceleration(model, s, k, s.v, 0.0)
-            pressed = negligible(model) * abs(start.primary.a - own)
-            any_brief = any_brief or 2.0 * b[SPEED] <= pressed
+        b, p = body_in(s.bodies, k), start.primary
+        if b.mode == FLIGHT and b.gap == 0.0 and b.rate > 0.0 and b.cause == IMPACT:
+            m = mass_at(model, k)
+            own = own_acceleration(model.single, m, b, s.x, s.v, p.phase, 0.0)
+            pressed = negligible(model.tolerance) * abs(p.a - own)
+            any_brief = any_brief or 2.0 * b.speed <= pressed
     return any_brief and _close_together(model, s), 0.0
 
 
@@ -289,7 +289,7 @@ def _close_together(model, s):
     elastic has none; all lose speed as long as one of them is not. They rest, or leave their walls
     at once, where the speed of each is that of a contact force in a hundredth of the accuracy.
     """
-    bodies, longest = s.bodies, negligible(model)
+    bodies, longest = s.bodies, negligible(model.tolerance)
     count = len(bodies)
     slow = np.abs(bodies[:, RATE]) <= longest * _LARGEST
     inside = slow & (bodies[:, MODE] == FLIGHT) & (bodies[:, GAP] <= longest)
@@ -310,13 +310,19 @@ def _close_together(model, s):
         if inside[k]:
             facing += float(bodies[k, SIDE])
             left = max(left, 2.0 * abs(float(bodies[k, RATE])) / float(forces[k]))
-            any_loses = any_loses or restitution_of(model, k, float(bodies[k, SIDE])) < 1.0
+            any_loses = any_loses or _loses(model, bodies, k)
     if abs(facing) == last or not any_loses:
         return False
     for k in range(count):
         if inside[k]:
             bodies[k, MODE], bodies[k, COMPLETION] = TAIL, -left
     return True
+
+
+@compiled
+def _loses(model, bodies, k):
+    """Whether a mass loses speed at its wall."""
+    return restitution_of(mass_at(model, k), float(bodies[k, SIDE])) < 1.0
 
 
 @compiled
@@ -363,46 +369,34 @@ def is_negligible(model: Several, s: SeveralSegment, start: Start, k: int, chang
 
     `change` is the change of the primary's velocity by other masses that come to rest.
     """
-    b = s.bodies[k]
-    if not (b[MODE] == FLIGHT and b[GAP] == 0.0 and b[CAUSE] != NOTHING):
+    m, b, p = mass_at(model, k), body_in(s.bodies, k), start.primary
+    if not (b.mode == FLIGHT and b.gap == 0.0 and b.cause != NOTHING):
         return False
-    side, most = float(b[SIDE]), friction_of(model.friction, k)
-    r, rate = restitution_of(model, k, side), float(b[RATE]) + side * change
-    if change != 0.0 and b[CAUSE] == IMPACT:
-        r = max(rate, 0.0) / float(b[SPEED])
+    r, rate = restitution_of(m, b.side), b.rate + b.side * change
+    if change != 0.0 and b.cause == IMPACT:
+        r = max(rate, 0.0) / b.speed
     # Accelerations towards the wall, on the way out and on the way back.
     joined = 1.0 + start.joined
-    out = side * (own_acceleration(model, s, k, s.v, float(b[SLIP_DIRECTION])) - start.primary.a)
-    back = out - 2.0 * (joined + float(model.masses[k, RATIO])) / joined * most
+    out = b.side * (own_acceleration(model.single, m, b, s.x, s.v, p.phase, b.slip) - p.a)
+    back = out - 2.0 * (joined + m.ratio) / joined * m.friction
     if back < 0.0:
         return False
     shrinks = r * math.sqrt(back / out) if out > 0.0 else r
     left = abs(rate) * (back + math.sqrt(out * back))
-    return left <= negligible(model) * out * back * (1.0 - shrinks)
+    return left <= negligible(model.tolerance) * out * back * (1.0 - shrinks)
 
 
 @compiled
 def _chatters_with(model, bodies, k, j):
     """Whether two bodies chatter as one: what they do at a wall is the same number by number."""
-    b, c = bodies[k], bodies[j]
-    side = float(b[SIDE])
-    return (
-        c[CAUSE] == IMPACT
-        and c[SIDE] == side
-        and c[RATE] == b[RATE]
-        and _acts_alike(model, k, j)
-        and friction_of(model.friction, j) == friction_of(model.friction, k)
-        and law_of(model, j, side) == law_of(model, k, side)
-    )
-
-
-@compiled
-def _acts_alike(model, k, j):
-    """Whether gravity and supports act alike on two masses at the same wall."""
-    one, other = model.masses[k], model.masses[j]
-    supports = one[STIFFNESS] == other[STIFFNESS] and one[DAMPING] == other[DAMPING]
-    placed = one[STIFFNESS] == 0.0 or one[CLEARANCE] == other[CLEARANCE]
-    return bool(one[GRAVITY] == other[GRAVITY] and supports and placed)
+    b, c = body_in(bodies, k), body_in(bodies, j)
+    if not (c.cause == IMPACT and c.side == b.side and c.rate == b.rate):
+        return False
+    one, other = mass_at(model, k), mass_at(model, j)
+    supports = one.stiffness == other.stiffness and one.damping == other.damping
+    placed = one.stiffness == 0.0 or one.clearance == other.clearance
+    pulled = one.gravity == other.gravity and one.friction == other.friction
+    return pulled and supports and placed and law_of(other, b.side) == law_of(one, b.side)
 
 
 @compiled
@@ -410,7 +404,7 @@ def _chattering_with(model, bodies, k):
     """Mass ratio of all that chatter as one with a body."""
     ratio = float(model.masses[k, RATIO])
     for j in range(len(bodies)):
-        if j != k and _chatters_with(model, bodies, k, j):
+        if j != k and bodies[j, CAUSE] == IMPACT and _chatters_with(model, bodies, k, j):
             ratio += float(model.masses[j, RATIO])
     return ratio
 
@@ -438,8 +432,10 @@ def _is_undisturbed(model, s, start, k, chatter):
         if near or turns or moved or b[MODE] == TAIL:
             return False
         # Between impacts a contact force is what it is without the mass that bounces.
-        moving = together if flies else start
-        found = next_event(model, s, moving, j, left, margin, slowest)
+        moving, m = together if flies else start, mass_at(model, j)
+        found = next_event(
+            model.friction, model.single, m, body_in(bodies, j), moving, left, margin, slowest
+        )
         if found.side != 0.0 and found.tau <= left:
             return False
     return True
@@ -451,10 +447,12 @@ def _together(model, s, start, k, ratio):
     bodies, joined, offsets = s.bodies, start.joined + ratio, np.zeros(len(s.bodies))
     ways = ways_in(bodies)
     for j in range(len(bodies)):
-        offsets[j] = offset_of(model, bodies[j], j)
+        offsets[j] = offset_of(mass_at(model, j), body_in(bodies, j))
         if j == k or _chatters_with(model, bodies, k, j):
             ways[j] = JOINED
     load = load_in(model, ways, offsets)
     osc = primary_with(model, load)
     v = s.v - float(bodies[k, SIDE]) * ratio / (1.0 + joined) * float(bodies[k, RATE])
-    return Start(osc, joined, motion_from(osc, s.x, v, start.primary.phase), load)
+    return Start(
+        osc, joined, motion_from(osc, s.x, v, start.primary.phase), load, s.periods, s.time, s.v
+    )

@@ -31,6 +31,7 @@ from damper.models.several.bodies import (
     COMPLETION,
     DAMPING,
     FOLLOWS,
+    FRICTION,
     GAP,
     JOINED,
     LEVEL,
@@ -48,11 +49,13 @@ from damper.models.several.bodies import (
     Several,
     SeveralSegment,
     begin,
+    body_in,
+    flying,
     is_joined,
     is_on_wall,
     law_of,
     load_in,
-    mass_of,
+    mass_at,
     offset_of,
     own_acceleration,
     primary_with,
@@ -66,7 +69,7 @@ from damper.models.tangent import TOGETHER
 
 @tangent.friction_in.of(Several)
 def _friction_in(model):
-    return float(np.max(model.friction.accelerations))
+    return float(np.max(model.masses[:, FRICTION]))
 
 
 @tangent.damping_in.of(Several)
@@ -82,7 +85,7 @@ def _damping_in(model, s):
 def _shrunk_by(model, s):
     k, bodies = int(s.body), s.bodies
     if s.cause == IMPACT:
-        law = law_of(model, k, s.side)
+        law = law_of(mass_at(model, k), s.side)
         return rebound_slope(law, s.speed) * restitution_at(law, s.speed)
     if bodies[0, PREVIOUS_STATE] == REPORTED or np.any(bodies[:, SPEED] > 0.0):
         return 1.0  # told of before, or a part of an impact
@@ -103,8 +106,7 @@ def _lost_in(model, s, own):
 @tangent.leaders_of.register(Several)
 def _leaders_of(model, row):
     bodies = read_segment(model, row).bodies
-    of_model = model.masses[:, CLEARANCE:], model.friction.accelerations
-    alike = np.column_stack([*of_model, bodies[:, [GAP, RATE, SIDE, MODE]]])
+    alike = np.column_stack([model.masses[:, CLEARANCE:], bodies[:, [GAP, RATE, SIDE, MODE]]])
     # Masses that stick move with the primary, whatever their walls are.
     sticks = bodies[:, MODE] == STICKING
     alike[sticks, -1] += 1.0 + RESTING + np.flatnonzero(sticks)
@@ -145,7 +147,7 @@ def _over_time(model, s, low, high, deviations):
         deviations[1, c] = primary.vx * x + primary.vv * v
     for k in range(len(s.bodies)):
         place, mode = 2 + 2 * k, s.bodies[k, MODE]
-        flow = flow_of(mass_of(model, k, 0.0), tau)
+        flow = flow_of(flying(model.single, mass_at(model, k), 0.0), tau)
         for c in range(deviations.shape[1]):
             y, u = deviations[place, c], deviations[place + 1, c]
             if is_joined(mode):
@@ -179,7 +181,7 @@ def offsets_in(model: Several, bodies: np.ndarray) -> np.ndarray:
     """Displacements of all masses less the primary's."""
     found = np.zeros(len(bodies))
     for k in range(len(bodies)):
-        found[k] = offset_of(model, bodies[k], k)
+        found[k] = offset_of(mass_at(model, k), body_in(bodies, k))
     return found
 
 
@@ -194,7 +196,8 @@ def accelerations(
     own = np.full(len(ways), a)
     for k in range(len(ways)):
         if ways[k] != JOINED:
-            own[k] = own_acceleration(model, s, k, v, float(ways[k]))
+            m, b = mass_at(model, k), body_in(s.bodies, k)
+            own[k] = own_acceleration(model.single, m, b, s.x, v, phase, float(ways[k]))
     return a, own
 
 
@@ -319,7 +322,7 @@ def impulses(model: Several, s: SeveralSegment) -> tuple[Any, Any, Any]:
         b[WALL], b[LEVEL], b[MOST] = 0.0, 0.0, 0.0
         if b[SPEED] > 0.0:
             b[WALL] = b[SIDE]
-            r = restitution_at(law_of(model, k, float(b[SIDE])), float(b[SPEED]))
+            r = restitution_at(law_of(mass_at(model, k), float(b[SIDE])), float(b[SPEED]))
             b[LEVEL] = b[WALL] * (1.0 + r) * b[SPEED]
         elif b[GAP] == 0.0 and (b[PREVIOUS_STATE] == JOINED or b[RATE] == 0.0):
             b[WALL] = b[SIDE]
@@ -341,7 +344,7 @@ def change_by(ratios: np.ndarray, levels: np.ndarray, pushes: np.ndarray) -> flo
 @compiled
 def _turned_by(model, b, k):
     """Derivative of the change of a mass's relative velocity in its impact, by that velocity."""
-    return 1.0 + rebound_slope(law_of(model, k, float(b[SIDE])), float(b[SPEED]))
+    return 1.0 + rebound_slope(law_of(mass_at(model, k), float(b[SIDE])), float(b[SPEED]))
 
 
 @compiled

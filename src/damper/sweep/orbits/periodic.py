@@ -401,7 +401,7 @@ def require_in_step(orbit: PeriodicOrbit, stencil: Stencil, name: str) -> None:
     if p.model != "several" or (moves == np.arange(len(moves))).all():
         return
     # All but their mass, by which masses in step may differ.
-    each = [np.column_stack([m.masses[:, 1:], m.friction.accelerations]) for m in stencil.models]
+    each = [m.masses[:, 1:] for m in stencil.models]
     # Yield speeds may be infinite.
     changes = np.zeros_like(each[0])
     np.subtract(each[1], each[0], out=changes, where=each[1] != each[0])
