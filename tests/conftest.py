@@ -1,7 +1,12 @@
 """Settings of all tests: the same examples everywhere, no timing of single ones, the order."""
 
+from collections.abc import Iterator
+from types import SimpleNamespace
+
 import pytest
 from hypothesis import settings
+
+from damper.engine import compiled
 
 settings.register_profile("damper", deadline=None, derandomize=True)
 settings.load_profile("damper")
@@ -9,7 +14,11 @@ settings.load_profile("damper")
 
 #: What runs little of the engine. All else finds its code in the cache once the workflow, which
 #: comes before, has compiled it.
-PLAIN = ("tests/test_project.py", "tests/parameters/", "tests/study/", "tests/shell/")
+LIGHT = ("tests/test_project.py", "tests/parameters/", "tests/study/", "tests/shell/")
+#: Tests of these rooms run plain Python, with all of their fixtures: to compile takes longer than
+#: a few short runs, and the bytes are the same (tests/engine/test_compiled.py). A test of long
+#: runs is marked `compiled`.
+PLAIN = tuple(f"tests/{room}/" for room in ("models", "engine", "observers", "theory"))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -17,6 +26,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(
         key=lambda item: (
             not item.nodeid.startswith("tests/workflow/"),
-            not item.nodeid.startswith(PLAIN),
+            not item.nodeid.startswith(LIGHT),
         )
     )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """Run the tests of the plain rooms as plain Python, in all threads."""
+    before = compiled._plain
+    if item.nodeid.startswith(PLAIN) and not item.get_closest_marker("compiled"):
+        compiled._plain = SimpleNamespace(running=True)
+    try:
+        return (yield)
+    finally:
+        compiled._plain = before

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from damper.engine.compiled import plain
 from damper.engine.forcing import (
     bound_of,
     derivative_of,
@@ -92,7 +91,6 @@ def exact(name: str, osc: Any, x: float, v: float, tau: float) -> tuple[mpf, mpf
 
 @pytest.mark.parametrize("name", FORCES)
 @pytest.mark.parametrize(("damping", "stiffness"), OSCILLATORS)
-@plain
 def test_flow(name: str, damping: float, stiffness: float) -> None:
     force, time = FORCES[name], TIMES.get(name, 3.1)
     cycles, rest = divmod(time, CYCLE)
@@ -121,7 +119,6 @@ def test_flow(name: str, damping: float, stiffness: float) -> None:
 
 
 @pytest.mark.parametrize("name", FORCES)
-@plain
 def test_value_derivatives_and_bounds(name: str) -> None:
     force, time = FORCES[name], TIMES.get(name, 3.1)
     phase = phase_at(force, *divmod(time, CYCLE))
@@ -147,7 +144,6 @@ def test_value_derivatives_and_bounds(name: str) -> None:
     assert may_jump(force) == (name in TIMES)
 
 
-@plain
 def test_a_sample_that_roundoff_just_misses_is_reached() -> None:
     """A segment ends at a sample; the clock adds its length to a rounded time."""
     time = np.sort(np.random.default_rng(5).uniform(0.0, 50.0, 400))

@@ -16,7 +16,7 @@ from scipy.linalg import expm
 
 import damper
 from damper import Parameters, State, events
-from damper.engine.compiled import COMPILED, plain
+from damper.engine.compiled import COMPILED
 from damper.engine.loop import FINISHED
 from damper.engine.search import HORIZON
 from damper.engine.segment import CAUSE, GAP, PERIODS, STICK, TIME, X
@@ -24,6 +24,7 @@ from damper.engine.trajectory import Trajectory
 from damper.models import start_run
 from damper.theory.two_impacts import orbits
 
+pytestmark = pytest.mark.compiled
 #: Plain Python is some 45 times slower, and shows the same.
 LONG = 1_000_000 if COMPILED else 10_000
 ORBIT = orbits(Parameters(0.1, 0.1, 1.0, 5.5, 0.5))[0]
@@ -215,7 +216,6 @@ def steady_state(p: Parameters) -> complex:
 
 
 @pytest.mark.parametrize("count", [None, 1, 2], ids=["one", "listed", "beside one that hits"])
-@plain
 def test_what_nothing_acts_on_stays_as_it_is(count: int | None) -> None:
     """A free mass flies on by itself: its velocity keeps each bit, whatever the primary does."""
     masses = [{}, {"clearance": 2.0, "mass_ratio": 0.02}][:count]
@@ -230,7 +230,6 @@ def test_what_nothing_acts_on_stays_as_it_is(count: int | None) -> None:
 
 
 @pytest.mark.parametrize("count", [None, 2], ids=["one", "beside an idle mass"])
-@plain
 def test_a_slow_mass_hits_after_thousands_of_cycles(count: int | None) -> None:
     """At the first instant at which the steady primary reaches it, to the roundoff of that."""
     p = replace(SLOW, masses=[{}, {"mass_ratio": 0.2, "clearance": 50.0}] if count else None)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 from new_process import in_new_process
 
-from damper.engine.compiled import compiled, plain
+from damper.engine.compiled import compiled
 from damper.engine.search import (
     GAVE_UP,
     HORIZON,
@@ -125,7 +125,6 @@ def search(offset, slope, amplitudes, rates, phases, bound, width, lifts_off, li
     )
 
 
-@plain  # to compile takes longer
 def find(
     offset, slope=0.0, sines=(), width=FAR, lifts_off=False, bound=0.0, limit=HORIZON, samples=2000
 ):

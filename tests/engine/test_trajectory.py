@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from damper import Parameters, State
-from damper.engine import compiled
 from damper.engine.forcing.harmonic import harmonic
 from damper.engine.loop import (
     BRIEF,
@@ -40,7 +39,7 @@ EPS = np.finfo(float).eps
 
 def log_of(run: Trajectory, until: float, rows: int = 1024) -> np.ndarray:
     """Return all segments up to a time in one array."""
-    buffer = np.empty((rows, COLUMNS))
+    buffer = np.empty((rows, run.columns))
     pieces = [piece.copy() for piece in run.segments(*run.whole_periods(until), buffer)]
     return np.concatenate(pieces)
 
@@ -90,12 +89,6 @@ def _motion(model, segment, tau):
     return segment.x + tau / model.beat, 1.0 / model.beat, 0.0, 0.0
 
 
-@pytest.fixture
-def plain(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Run plain Python: what is cached must not name a class that others cannot import."""
-    monkeypatch.setattr(compiled._plain, "running", True, raising=False)
-
-
 def metronome(
     beat: float = 0.5,
     bar: float = 1.0,
@@ -109,7 +102,6 @@ def metronome(
     return Trajectory(model, State(0.0, 0.0, 0.0, 0.0), max_events)
 
 
-@pytest.mark.usefixtures("plain")
 def test_a_model_of_its_own_runs() -> None:
     """The engine knows no model: it asks for places, segments and motions."""
     run = metronome(max_events=1000)
@@ -123,7 +115,6 @@ def test_a_model_of_its_own_runs() -> None:
     assert run.state_at(*run.whole_periods(100.0)).x == pytest.approx(200.0, abs=1e-12)
 
 
-@pytest.mark.usefixtures("plain")
 def test_budget_of_events() -> None:
     run = metronome(max_events=7)
     run.skip(10)
@@ -134,7 +125,6 @@ def test_budget_of_events() -> None:
     assert run.events == 7
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(
     ("beat", "steps"), [(1.0, LONG_SEARCH), (0.5 * BRIEF, 1)], ids=["long searches", "brief"]
 )
@@ -146,7 +136,6 @@ def test_budget_of_evaluations_that_find_no_event(beat: float, steps: int) -> No
     assert 0 < run.evaluations - (LONG_SEARCH * 50 + MAX_STEPS) <= steps
 
 
-@pytest.mark.usefixtures("plain")
 def test_ordinary_segments_without_an_event_cost_no_budget() -> None:
     run = metronome(beat=2.0 * BRIEF, bar=math.inf, steps=LONG_SEARCH - 1, max_events=1)
     run.skip(1.0)
@@ -154,7 +143,6 @@ def test_ordinary_segments_without_an_event_cost_no_budget() -> None:
     assert run.evaluations > 2 * MAX_STEPS
 
 
-@pytest.mark.usefixtures("plain")
 def test_a_search_that_gave_up_ends_the_run() -> None:
     run = metronome(lost_after=5.0, max_events=100)
     run.skip(10)
@@ -171,6 +159,7 @@ SCENES = [
     (Parameters(0.1, 0.05, 0.2, 0.25, 0.6, support_stiffness_ratio=0.05), None),
     (Parameters(0.1, 0.05, 0.2, 0.25, 0.3, contact_stiffness_ratio=1e5), None),
     (Parameters(0.1, 0.05, 0.2, 0.25, 0.3, modulation_depth=0.4, modulation_order=3), None),
+    (Parameters(0.1, 0.05, 0.2, 0.25, 0.3, masses=[{}, {"clearance": 0.3}]), None),
 ]
 
 

@@ -2,17 +2,14 @@
 
 import math
 import random
-from dataclasses import replace
 from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
 import pytest
-from cases import thinned
-from event_pairs import changes, rows_of
+from event_pairs import rows_of
 
 from damper import Parameters, State, events, simulate
-from damper.engine.compiled import plain
 from damper.engine.segment import (
     CAUSE,
     CONTACT,
@@ -30,8 +27,7 @@ from damper.engine.segment import (
     STICKING,
 )
 from damper.models import start_run
-from damper.parameters.forcing import Forcing, Harmonics, NoForce, Record
-from damper.verification.reference import exact_run
+from damper.parameters.forcing import Forcing, NoForce, Record
 
 GENERIC = (0.1, 0.05, 0.2, 0.25, 0.6)
 QUIET = (0.1, 0.05, 0.2, 0.25, 0.3)
@@ -40,33 +36,6 @@ NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitu
 
 def compliant(scene: tuple, k: float, tension: int, **more: Any) -> Parameters:
     return Parameters(*scene, contact_stiffness_ratio=k, contact_tension=tension, **more)
-
-
-@pytest.mark.parametrize(
-    ("scene", "k", "tension", "until"),
-    thinned(
-        [
-            (GENERIC, 1e8, 0, 20.0),
-            (GENERIC, 1e8, 1, 20.0),
-            # A chatter sequence that ends in a lasting contact, and its release.
-            (QUIET, 1e4, 1, 19.5),
-            (QUIET, 1e4, 0, 17.6),
-            ((0.5, 0.2, 0.7, 0.1, 0.05), 30.0, 0, 8.0),
-            ((0.3, 0.02, 0.9, 0.4, 0.8), 30.0, 0, 11.4),
-            # Contacts that begin again before the gap has reopened.
-            ((1.15, 0.1, 0.42, 0.328, 0.2), 71.1, 0, 8.0),
-        ],
-        lambda case: case[-1] == 8.0,
-    ),
-)
-def test_changes_against_many_digits(scene: tuple, k: float, tension: int, until: float) -> None:
-    p = compliant(scene, k, tension)
-    exact, found = exact_run(p.given, until=until, digits=22).events, changes(p, until)
-    assert [(e.kind, e.side) for e in exact] == [row[:2] for row in found]
-    assert len(exact) >= 4
-    for event, row in zip(exact, found, strict=True):
-        right = event.time, event.x, event.v, event.approach_speed
-        assert max(abs(a - b) for a, b in zip(right, row[2:], strict=True)) < 1e-12
 
 
 @pytest.mark.parametrize("tension", [0, 1])
@@ -196,16 +165,6 @@ def test_samples_on_the_lines_of_a_record_change_nothing(k: float, tension: int,
     assert_same_events(found, events(fine, State(0.0, 0.0, 0.1, 0.5), until=14.0), 1e-11)
 
 
-@pytest.mark.parametrize("tension", [0, 1])
-def test_one_term_of_a_sum_has_the_bytes_of_a_harmonic(tension: int) -> None:
-    p = compliant(QUIET, 1e4, tension, phase=0.3)
-    one = events(p, until=60.0)
-    assert len(one) > 10
-    assert (
-        events(replace(p, forcing=Harmonics((1,), (1.0,))), until=60.0).tobytes() == one.tobytes()
-    )
-
-
 @pytest.mark.parametrize("d", [0.0, 0.25])
 @pytest.mark.parametrize("forcing", [NoForce(), Record([3.0, 4.0], [1.0, 1.0])])
 def test_rest_lasts_until_a_force_acts(forcing: Forcing, d: float) -> None:
@@ -275,7 +234,6 @@ def test_loss_of_an_impact_and_the_state_after_it_are_those_of_the_restitution()
         assert float(found.impact_loss) == pytest.approx(float(rigid.impact_loss), rel=1e-2)
 
 
-@plain
 def test_the_peak_in_a_contact_under_a_fast_force() -> None:
     """Against dense samples: none is passed over between two turns of the force."""
     state = State(-0.3, -0.07, -0.365, -0.07)

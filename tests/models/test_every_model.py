@@ -6,15 +6,14 @@ from importlib import import_module
 from itertools import combinations, pairwise
 from typing import Any, NamedTuple
 
-import forced_scenes
 import numpy as np
 import pytest
 from event_pairs import log_of
 from new_process import in_new_process
+from scenes import MODELS as OF_ONE
 from scenes import QUIET as SCENE
 
 from damper import Parameters, State, equal_masses, events, simulate
-from damper.engine.compiled import plain
 from damper.engine.forcing import derivative_of, phase_at
 from damper.engine.model import mass_ratio_at
 from damper.engine.segment import (
@@ -41,7 +40,7 @@ from damper.parameters.models import MODELS
 from damper.sweep.runs import run_points
 
 #: Model -> what makes it, beside SCENE; where impacts, sticking and releases happen.
-MADE = forced_scenes.MODELS | {
+MADE = OF_ONE | {
     "several": {"masses": equal_masses(3, 0.3)},
     "several, sliding": {"masses": equal_masses(3, 0.3), "friction": 0.02},
 }
@@ -56,23 +55,6 @@ def parameters(name: str, **changes: float) -> Parameters:
 
 def test_all_models_are_here() -> None:
     assert {parameters(name).model for name in MADE} == set(MODELS)
-
-
-@each
-def test_mirror_image(name: str) -> None:
-    """(x, y) -> -(x, y) with the force reversed gives the same run on the other walls."""
-    # Half a turn of the modulation's phase would be another mass, so that one stays as it is.
-    here = events(parameters(name, phase=0.4), State(0.1, -0.2, 0.15, 0.3), until=60.0)
-    mirrored = State(-0.1, 0.2, -0.15, -0.3)
-    there = events(parameters(name, phase=0.4 - math.pi), mirrored, until=60.0)
-    assert np.array_equal(here["kind"], there["kind"])
-    assert np.array_equal(here["side"], -there["side"])
-    assert {0, 1, 2} <= set(here["kind"])
-    # The other phase is rounded, and impacts carry that on.
-    for field, sign in (("time", 1), ("approach_speed", 1), ("x", -1), ("v", -1)):
-        difference = np.abs(here[field] - sign * there[field])
-        assert difference[:6].max() < 2e-14
-        assert difference.max() < 1e-10
 
 
 @of_one
@@ -387,7 +369,6 @@ REFUSED = (
 
 
 @pytest.mark.parametrize(("one", "other"), [*combinations(FEATURES, 2)])
-@plain
 def test_two_features_combine_or_are_refused(one: str, other: str) -> None:
     """No law of the model is broken; a refusal names a parameter of each."""
     values = SCENE | FEATURES[one] | FEATURES[other]

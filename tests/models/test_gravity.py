@@ -3,10 +3,8 @@
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from forced_scenes import MODELS, random_scene
-from scenes import GENERIC, QUIET
+from scenes import GENERIC
 
 from damper import (
     Parameters,
@@ -17,9 +15,7 @@ from damper import (
     periodic_orbit,
     simulate,
 )
-from damper.engine.compiled import plain
-from damper.models import model_of, start_run
-from damper.models.sensitivity import follow_change, neighbours
+from damper.models import start_run
 from damper.theory.ball_on_table import bounce
 
 #: Two impacts a period.
@@ -45,7 +41,6 @@ def test_masses_at_rest_hang_at_the_weight() -> None:
     assert (at.x, at.v, at.y, at.u) == pytest.approx((-0.21, 0.0, -0.71, 0.0), abs=1e-13)
 
 
-@plain
 def test_sticking_follows_the_joined_masses() -> None:
     """(1 + mu) x'' + 2 zeta x' + x = sin - mu gamma; no release where x'' stays above -gamma."""
     mu, zeta, omega, gamma = 0.2, 0.3, 0.8, 3.0
@@ -57,27 +52,11 @@ def test_sticking_follows_the_joined_masses() -> None:
     assert cube["energy_input"].item() == pytest.approx(cube["dashpot_loss"].item(), rel=1e-10)
 
 
-def test_under_gravity_no_motion_has_a_mirror_image() -> None:
-    of = {"observers": ["motion"], "transient": 100, "periods": 10}
-    for gravity in (0.0, 1e-3):
-        cube = simulate(**GENERIC | TWO_IMPACTS, gravity=gravity, **of)
-        assert cube["motion_period"].item() == 1
-        assert math.isnan(cube["motion_side"].item()) == bool(gravity)
-
-
 def test_a_weight_out_of_range_is_refused() -> None:
     with pytest.raises(
         ValueError, match=r"^gravity = 2000000\.0 with mass_ratio: .* weighs 1e\+12 F0"
     ):
         Parameters(**GENERIC | {"mass_ratio": 5e5}, gravity=2e6)
-
-
-def test_no_gravity_is_none() -> None:
-    for more in ({}, {"modulation_depth": 0.2}, {"support_stiffness_ratio": 0.2}):
-        values = QUIET | more
-        assert repr(model_of(Parameters(**values, gravity=-0.0))) == repr(
-            model_of(Parameters(**values))
-        )
 
 
 def test_si() -> None:
@@ -88,30 +67,6 @@ def test_si() -> None:
     assert free.dimensionless.gravity == pytest.approx(9.81 * 0.5 / 0.01 / 100.0, rel=1e-15)
     with pytest.raises(ValueError, match=r"^inclination = 30\.0 without gravity: nothing pulls"):
         replace(p, gravity=0.0)
-
-
-@pytest.mark.parametrize("gamma", [0.0, 0.3, -2.0])
-@pytest.mark.parametrize("model", [name for name in MODELS if name != "sliding"])
-@plain
-def test_sensitivity_by_gravity_against_differences(model: str, gamma: float) -> None:
-    values = random_scene(model, "two harmonics", 5)[0] | {"gravity": gamma}
-    state, until = State(0.1, 0.2, 0.1, -1.1), 2.0 * values["clearance"] + 3.0
-
-    def end(gravity: float) -> np.ndarray:
-        run = start_run(Parameters(**values | {"gravity": gravity}), state)
-        moment = run.whole_periods(until)
-        run.skip(*moment)
-        at = run.state_at(*moment)
-        return np.array([at.x, at.v, at.y, at.u])
-
-    p = Parameters(**values)
-    run, change = start_run(p, state), np.zeros((4, 1))
-    for log in run.segments(*run.whole_periods(until)):
-        follow_change(run.model, neighbours(p, {"gravity": 1.0}), log, change, False)
-    h = 1e-5
-    difference = 8 * (end(gamma + h) - end(gamma - h)) - (end(gamma + 2 * h) - end(gamma - 2 * h))
-    assert len(events(p, state, until=until)) >= 1
-    assert change[:, 0] == pytest.approx(difference / (12 * h), rel=1e-7, abs=1e-7)
 
 
 @pytest.mark.parametrize("period", [1, pytest.param(2, marks=pytest.mark.exhaustive)])

@@ -5,32 +5,22 @@ import random
 
 import numpy as np
 import pytest
-from cases import thinned
-from event_pairs import KINDS, NAMES, assert_same, exact_events
+from event_pairs import KINDS
 from scipy.integrate import solve_ivp
-from scipy.linalg import expm
-from tails import completed, largest_rate, tail
 
 from damper import Parameters, State, events
 from damper.engine.model import motion
 from damper.engine.segment import (
     CAUSE,
-    DURATION,
     FLIGHT,
-    GAP,
-    GAP_RATE,
     IMPACT,
     MODE,
-    SIDE,
     SPEED,
-    STICKING,
     TIME,
-    V,
-    X,
     segment_at,
 )
 from damper.engine.trajectory import Trajectory
-from damper.models import model_of, start_run
+from damper.models import start_run
 
 
 def parameters(values: tuple) -> Parameters:
@@ -44,142 +34,9 @@ def log_of(run: Trajectory, periods: float) -> np.ndarray:
 
 
 REST = (0, 0, 0, 0)
-# Mass ratio, damping ratio, frequency ratio, clearance, restitution, phase; support's stiffness
-# and damping ratio; state; end; least number of impacts, of complete sequences, of releases.
-SCENES: dict[str, tuple[tuple, tuple | None, float, tuple]] = {
-    "weak support": ((0.1, 0.05, 0.2, 0.25, 0.6, 0.0, 0.01, 0.002), None, 60.0, (15, 0, 0)),
-    "chatter": ((0.1, 0.05, 0.2, 0.25, 0.6, 0.0, 0.05, 0.02), None, 40.0, (40, 2, 2)),
-    "dashpot alone": ((0.1, 0.0, 0.2, 0.25, 0.6, 0.0, 0.0, 0.02), None, 40.0, (10, 1, 0)),
-    "plastic, spring alone": ((0.1, 0.05, 0.2, 0.25, 0.0, 0.0, 0.02, 0.0), None, 40.0, (3, 3, 2)),
-    "elastic": ((0.1, 0.05, 0.9, 0.25, 1.0, 0.3, 0.02, 0.01), None, 12.0, (10, 0, 0)),
-    "start in flight": (
-        (0.5, 0.2, 0.3, 0.5, 0.6, 0.4, 0.3, 0.1),
-        (0.2, 0.1, 0.7, -0.3),
-        30.0,
-        (30, 2, 1),
-    ),
-    "overdamped": (
-        (2.0, 3.0, 0.5, 0.2, 0.8, 0.0, 1.0, 4.0),
-        (0.1, 0.0, 0.0, 1.0),
-        20.0,
-        (50, 2, 2),
-    ),
-    "light": ((1e-3, 0.02, 1.3, 0.05, 0.6, 0.0, 0.01, 0.0002), None, 8.0, (20, 1, 1)),
-    "stiff": ((0.05, 0.02, 0.4, 0.4, 0.7, 0.0, 100.0, 0.05), None, 8.0, (20, 1, 1)),
-    "heavily damped": ((0.05, 0.02, 0.4, 0.4, 0.7, 0.0, 2.0, 5.0), None, 6.0, (20, 1, 0)),
-    # The fastest supports that are promised: 2000 sqrt(K/M).
-    "fast spring": (
-        (0.01, 0.02, 0.7, 0.3, 0.6, 0.0, 4e4, 0.0),
-        (0.0, 0.1, 0.29, 400.0),
-        0.05,
-        (5, 0, 0),
-    ),
-    "fast dashpot": (
-        (1e-3, 0.02, 0.7, 0.3, 0.6, 0.0, 0.1, 0.99),
-        (0.0, 1.0, 0.299, 0.0),
-        1.0,
-        (5, 1, 0),
-    ),
-}
-
-
-@pytest.mark.parametrize("scene", thinned(SCENES, ["chatter"].__contains__))
-def test_events_are_those_of_forty_digits(scene: str) -> None:
-    values, state, until, least = SCENES[scene]
-    found = events(parameters(values), State(*state) if state else None, until=until)
-    exact = exact_events(values, state or REST, until=until, digits=40)
-    assert_same(found, exact, 2e-13, relative=True)
-    for kind, number in enumerate(least):
-        assert (found["kind"] == kind).sum() >= number
 
 
 # --- between the events
-
-
-def path_of(run: Trajectory, row: np.ndarray, count: int) -> np.ndarray:
-    """(x, v, y, u, sin, cos) at equal times within a segment, by a matrix exponential."""
-    model = run.model
-    free, support, side = model.free, model.mass, row[SIDE]
-    mu, d = model.mass_ratio, model.clearance
-    a = np.zeros((7, 7))
-    a[4, 5], a[5, 4] = free.forcing.omega, -free.forcing.omega
-    if row[MODE] == FLIGHT:
-        a[0, 1] = a[2, 3] = a[1, 4] = 1.0
-        a[1, :2] = -1.0, -2.0 * free.damping
-        a[3, 2:4] = -support.stiffness, -2.0 * support.damping
-        y = row[X] + side * (d - row[GAP])
-    else:
-        a[0, 1] = a[2, 3] = 1.0
-        common = np.zeros(7)
-        common[[0, 1, 4, 6]] = (
-            -(1.0 + mu * support.stiffness),
-            -2.0 * (free.damping + mu * support.damping),
-            1.0,
-            -mu * support.stiffness * side * d,
-        )
-        a[1] = a[3] = common / (1.0 + mu)
-        y = row[X] + side * d
-    angle = free.forcing.omega * row[TIME] + free.forcing.phase
-    u = row[V] - side * row[GAP_RATE]
-    z = np.array([row[X], row[V], y, u, math.sin(angle), math.cos(angle), 1.0])
-    step = expm(row[DURATION] / count * a)
-    path = [z]
-    for _ in range(count):
-        path.append(step @ path[-1])
-    return np.array(path)
-
-
-def random_scene(rng: random.Random) -> tuple[Parameters, State | None]:
-    """Return a random scene, and a state inside the box or none."""
-
-    def decades(low: float, high: float) -> float:
-        return 10 ** rng.uniform(low, high)
-
-    mu = decades(-3, 1)
-    rigid = [mu, rng.choice([0.0, decades(-3, 1)]), decades(-1.5, 1), decades(-2, 1)]
-    rigid += [rng.choice([0.0, 1.0, rng.random(), rng.random()]), rng.uniform(-3, 3)]
-    # Up to the fastest support that is promised.
-    stiffness = rng.choice([0.0, decades(-3, 2), 1e6 * mu])
-    damping = rng.choice([decades(-3, 0), 400.0 * mu])
-    state = None
-    if rng.random() < 0.6:
-        x, v = rng.uniform(-3, 3), rng.gauss(0, 1)
-        y = x + rigid[3] * rng.choice([-1, 1, rng.uniform(-1, 1)])
-        state = State(x, v, y, rng.choice([v, rng.gauss(0, 1)]))
-    return parameters((*rigid, stiffness, min(damping, 900.0 * mu))), state
-
-
-def test_no_wall_is_passed_and_none_pulls() -> None:
-    """Dense samples between events that know nothing of the search."""
-    rng = random.Random(0)
-    flights = sticks = 0
-    for _ in range(12):
-        scene, state = random_scene(rng)
-        run = start_run(scene, state, max_events=40)
-        log = log_of(run, 4.0)
-        assert np.isfinite(log).all()
-        assert run.status in (0, 1), scene
-        fast = run.model.mass.rate + run.model.free.rate
-        for row in log[-40:-1]:
-            if row[MODE] not in (FLIGHT, STICKING) or row[SIDE] == 0.0:
-                continue
-            count = int(min(max(100.0, 8.0 * fast * row[DURATION]), 2000.0))
-            x, v, y, u, sin, *_ = path = path_of(run, row, count).T
-            size = (1.0 + np.abs(path[:4]).max()) * (1.0 + scene.clearance)
-            # Products of many short exponentials: roundoff of each.
-            roundoff = 1e-15 * count * size
-            if row[MODE] == FLIGHT:
-                flights += 1
-                assert np.abs(y - x).max() - scene.clearance < roundoff, (scene, state)
-                continue
-            sticks += 1
-            a = sin - 2.0 * scene.damping_ratio * v - x
-            pull = row[SIDE] * (a + 2.0 * run.model.mass.damping * u)
-            pull += row[SIDE] * run.model.mass.stiffness * y
-            rates = 1.0 + run.model.mass.rate**2 + 2.0 * scene.damping_ratio
-            assert pull.max() < roundoff * rates, (scene, state)
-    assert flights > 40
-    assert sticks > 2
 
 
 def test_no_swing_into_a_wall_is_missed() -> None:
@@ -216,52 +73,6 @@ def test_no_swing_into_a_wall_is_missed() -> None:
 
 
 # --- the rest of a chatter sequence
-
-SEQUENCE = (0.5, 0.2, 0.3, 0.5, 0.6, 0.6, 0.05, 0.1)
-
-
-@pytest.mark.parametrize("values", [SEQUENCE, (0.1, 0.0, *SEQUENCE[2:6], 0.0, 0.03)])
-def test_tail_is_of_second_order(values: tuple) -> None:
-    """Time, place and velocity: halving the rebound speed divides the errors by eight."""
-    model = model_of(parameters(values))
-    errors = []
-    for rebound in (0.0004, 0.0002):
-        duration, _, x, v = tail(model, 0.0, 1.0, 2.0, 0.1, rebound)
-        given = dict(zip(NAMES, values, strict=True))
-        exact = completed(given, 0.0, 1.0, 2.0, 0.1, rebound, within=1.1 * duration)
-        pairs = ((duration, exact.time), (x, exact.x), (v, exact.v))
-        errors.append([float(abs(value - ev)) for value, ev in pairs])
-    for larger, smaller in zip(*errors, strict=True):
-        assert larger / smaller == pytest.approx(8.0, rel=0.03)
-
-
-def test_tail_error_estimate_bounds_the_true_error() -> None:
-    rng = random.Random(0)
-    ratios = []
-    while len(ratios) < 5:
-        mu = 10 ** rng.uniform(-4, 2)
-        scene = (
-            mu,
-            rng.choice([0.0, 0.02, 0.2, 1.0, 3.0, 10.0]),
-            10 ** rng.uniform(-1, 1),
-            10 ** rng.uniform(-2, 1),
-            rng.choice([0.05, 0.3, 0.6, 0.8, 0.9]),
-            rng.uniform(-3, 3),
-            rng.choice([0.0, mu * 10 ** rng.uniform(-3, 6)]),
-            mu * 10 ** rng.uniform(-3, 2.5),
-        )
-        x, v, side = rng.uniform(-2, 2), rng.uniform(-2, 2), rng.choice([1.0, -1.0])
-        model = model_of(parameters(scene))
-        rate = largest_rate(model, 0.0, side, x, v, 10 ** rng.uniform(-11, -5))
-        if rate == 0.0:
-            continue  # the wall does not press, or the bound on the lag comes first
-        duration, error, _, _ = tail(model, 0.0, side, x, v, rate)
-        given = dict(zip(NAMES, scene, strict=True))
-        within = 1.2 * duration + 1.5 * error
-        exact = completed(given, 0.0, side, x, v, rate, within=within)
-        ratios.append(float(abs(exact.time - duration)) / error)
-    assert max(ratios) <= 1.0
-    assert max(ratios) > 1e-3
 
 
 # --- sticking and release

@@ -9,18 +9,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from forced_scenes import FORCES, MODELS, random_scene
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from several_scenes import rubbing_scene, several_scene
+from scenes import FORCES, MODELS, SEVERAL, scene_of
 
 from damper import Parameters, SIParameters, State, events
-from damper.engine.compiled import plain
 from damper.parameters.forcing import Harmonics, Record
 from damper.sweep.events import EventTable
 
 Run = tuple[Parameters, State]
-SEVERAL = {"several": several_scene, "several, sliding": rubbing_scene}
 STICK = 1
 #: Events of each run, and its longest time.
 MOST, UNTIL = 40, 25.0
@@ -42,8 +39,7 @@ def runs(draw: st.DrawFn, model: str, forces: list[str], **more: st.SearchStrate
     """Draw a damper under one of the forces, and a start; some have an edge value."""
     force = draw(st.sampled_from(forces))
     seed = draw(st.integers(0, 10**6))
-    scene = SEVERAL.get(model, lambda *given: random_scene(model, *given))
-    values, (x, v, y, u) = scene(force, seed)
+    values, (x, v, y, u) = scene_of(model, force, seed)
     edge = draw(st.sampled_from([None, *EDGES]))
     if edge:
         values[edge] = draw(st.sampled_from(EDGES[edge]))
@@ -81,7 +77,6 @@ few = settings(max_examples=6)
 @each
 @few
 @given(data=st.data())
-@plain
 def test_mirrored(model: str, data: st.DataObject) -> None:
     """The opposite force, start and gravity, and the walls exchanged: the mirror image."""
     run = p, s = data.draw(runs(model, OPPOSITE))
@@ -112,7 +107,6 @@ def mirrored_mass(p: Parameters, own: dict[str, float]) -> dict[str, float]:
 @each
 @few
 @given(data=st.data(), power=st.sampled_from([2, 20, 40]))
-@plain
 def test_later(model: str, data: st.DataObject, power: int) -> None:
     """A time of 2^power cycles is exact."""
     orders = st.sampled_from([1, 2, 4])
@@ -131,7 +125,6 @@ def test_later(model: str, data: st.DataObject, power: int) -> None:
 @each
 @few
 @given(data=st.data(), powers=st.tuples(*[st.integers(-6, 6)] * 3))
-@plain
 def test_in_other_units(model: str, data: st.DataObject, powers: tuple[int, int, int]) -> None:
     """Of powers of two, those of mass and stiffness even."""
     mass, stiffness, force = powers
@@ -156,7 +149,6 @@ def test_in_other_units(model: str, data: st.DataObject, powers: tuple[int, int,
 @each
 @few
 @given(data=st.data(), accuracy=st.sampled_from([1e-14, 1e-8, 1e-5]))
-@plain
 def test_with_another_accuracy(model: str, data: st.DataObject, accuracy: float) -> None:
     """It moves the end of a complete chatter sequence by that much, and nothing before."""
     run = data.draw(runs(model, list(FORCES)))

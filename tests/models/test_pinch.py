@@ -9,7 +9,6 @@ import pytest
 from event_pairs import KINDS
 
 from damper import Parameters, State, events
-from damper.engine.compiled import plain
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
 from damper.models import start_run
 from damper.models.several.bodies import CAUSE, COMPLETION, GAP, LEFT, MODE, RATE, SIDE, WIDTH
@@ -72,7 +71,6 @@ def impacts(model: Any, bodies: np.ndarray) -> list[tuple[Fraction, np.ndarray]]
     return found
 
 
-@plain
 def test_what_is_left_is_the_sum_of_all_impacts() -> None:
     """And a pinch is told from masses that part soon."""
     endless = 0
@@ -91,7 +89,6 @@ def test_what_is_left_is_the_sum_of_all_impacts() -> None:
     assert 10 < endless < 50
 
 
-@plain
 def test_each_mass_loses_what_its_impacts_take() -> None:
     """Impact by impact; of heavy masses these are many thousands. Masses in step share."""
     shares = []
@@ -117,7 +114,6 @@ def test_each_mass_loses_what_its_impacts_take() -> None:
     assert share_of_pinch(model, bodies, 3) == 0.0
 
 
-@plain
 def test_against_many_digits() -> None:
     """Impacts, where they come to an end, the common velocity, and all that follows."""
     table = events(Parameters(**PINCH), State(*START), until=4.0)
@@ -147,7 +143,6 @@ def test_against_many_digits() -> None:
     assert sticks[0] == pytest.approx(sticks[1], abs=1e-11)
 
 
-@plain
 def test_laws_and_energy() -> None:
     ask = {"transient": 0, "periods": 1}
     found, _ = run_points([PINCH], ["laws", "response"], state=State(*START), **ask)
@@ -157,7 +152,6 @@ def test_laws_and_energy() -> None:
     assert abs(found["energy_residual"]) < 1e-12 * turnover
 
 
-@plain
 def test_masses_in_step_pinch_as_one() -> None:
     parts = [PINCH["masses"][0], *[{"mass_ratio": 15.0, "restitution": 0.2}] * 2]
     whole = events(Parameters(**PINCH), State(*START), until=0.5)
@@ -172,7 +166,6 @@ def test_masses_in_step_pinch_as_one() -> None:
             assert own[name] == pytest.approx(one[name], abs=1e-12)
 
 
-@plain
 def test_an_elastic_mass_rests_where_one_at_the_other_wall_loses_its_speed() -> None:
     """It has no sequence of its own. They rest at one instant, a geometric series."""
     values = {"damping_ratio": 0.0, "force_amplitude": 0.0, "frequency_ratio": 1.0}
@@ -191,7 +184,6 @@ def test_an_elastic_mass_rests_where_one_at_the_other_wall_loses_its_speed() -> 
     assert not broken(found).any()
 
 
-@plain
 def test_what_a_search_leaves_open_is_not_in_the_log(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run ends where its search gave up, whatever others would do later."""
     monkeypatch.setattr("damper.engine.search.MAX_STEPS", 3)
@@ -200,7 +192,6 @@ def test_what_a_search_leaves_open_is_not_in_the_log(monkeypatch: pytest.MonkeyP
     assert not broken(found).any()
 
 
-@plain
 def test_deviations_are_differences_of_runs() -> None:
     p = Parameters(**PINCH)
     start = np.array([START[0], START[1], START[2][0], START[3][0], START[2][1], START[3][1]])

@@ -1,34 +1,26 @@
-"""Several free masses on one primary: against many digits, each rule in a scene of its own."""
+"""Several free masses on one primary: each rule in a scene of its own."""
 
 import math
-from collections import Counter
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
-from cases import thinned
-from forced_scenes import ERROR, FORCES
 from project_copy import small_study
 from scenes import GENERIC, QUIET
-from scipy.integrate import solve_ivp
-from several_scenes import growth, largest_error, length_of, pairs_of, several_scene, supported
 
-from damper import Parameters, SIParameters, State, equal_masses, events, periodic_orbit, simulate
-from damper.engine.compiled import plain
+from damper import Parameters, SIParameters, State, equal_masses, events, periodic_orbit
 from damper.engine.model import read_segment
-from damper.engine.segment import CAUSE, COLUMNS, DURATION, IMPACT, PERIODS, TIME, V_BEFORE, V, X
+from damper.engine.segment import CAUSE, COLUMNS, DURATION, IMPACT, V_BEFORE, V
 from damper.models import start_run
-from damper.models.several.bodies import BODY, GAP, MODE, RATE, SIDE, SPEED
+from damper.models.several.bodies import BODY, GAP, MODE, RATE, SPEED
 from damper.models.tangent import derivative
 from damper.observers.common.base import Window
-from damper.observers.common.laws import LAW_NAMES, broken, excess
+from damper.observers.common.laws import LAW_NAMES, excess
 from damper.observers.common.limits import mean_within
 from damper.observers.laws import Laws
 from damper.study.config import ConfigError, load_study
-from damper.sweep.runs import run_points
 from damper.theory.two_impacts import orbits
 from damper.verification.reference import exact_run
 
@@ -42,65 +34,6 @@ def damper_of(*masses: dict[str, float], **given: float) -> Parameters:
 
 def told(table: np.ndarray) -> list[tuple[int, int, int]]:
     return [(row["kind"], row["body"], row["side"]) for row in table]
-
-
-# --- against many digits
-
-CASES = [(force, seed) for force in FORCES for seed in range(3)]
-
-
-@pytest.mark.parametrize(("force", "seed"), thinned(CASES, lambda case: case[1] == 1))
-@plain
-def test_events_against_many_digits(force: str, seed: int) -> None:
-    values, state = several_scene(force, seed)
-    until = length_of(values, state)
-    pairs = pairs_of(values, state, until)
-    assert len(pairs) >= 2
-    error = largest_error(pairs)
-    assert error < ERROR or error < 1e-14 * growth(values, state, until)
-
-
-@pytest.mark.parametrize(("force", "seed"), thinned(CASES, lambda case: case[1] == 0))
-@plain
-def test_events_with_supports_against_many_digits(force: str, seed: int) -> None:
-    values, state = supported(several_scene, force, seed)
-    until = length_of(values, state)
-    error = largest_error(pairs_of(values, state, until))
-    assert error < ERROR or error < 1e-14 * growth(values, state, until)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("force", FORCES)
-@plain
-def test_many_random_scenes(force: str) -> None:
-    """Chatter, tails that another mass interrupts, two that are stuck at once, kicks.
-
-    In three scenes beyond these the many-digit run has no end: it resolves chatter inside chatter.
-    """
-    happened: Counter[str] = Counter()
-    for seed in range(29 if force != "harmonic" else 200):
-        values, state = several_scene(force, seed)
-        until = length_of(values, state)
-        error = largest_error(pairs_of(values, state, until))
-        assert error < ERROR or error < 1e-14 * growth(values, state, until), seed
-        happened += _scenes_in(values, state, until)
-    assert all(happened[name] > 5 for name in ("tail", "two stuck", "kick", "together"))
-
-
-def _scenes_in(values: dict[str, Any], state: tuple, until: float) -> Counter[str]:
-    found: Counter[str] = Counter()
-    run = start_run(Parameters(**values), State(*state))
-    before = None
-    for log in run.segments(*run.whole_periods(until)):
-        for row in log:
-            s = read_segment(run.model, row)
-            modes = s.bodies[:, MODE]
-            found["tail"] += bool(np.any(modes == 1.0))
-            found["two stuck"] += np.count_nonzero(modes == 2.0) >= 2
-            found["kick"] += s.cause == 2.0 and s.gap_rate > 0.0
-            found["together"] += s.cause == before == IMPACT and row[DURATION] == 0.0
-            before = s.cause
-    return found
 
 
 # --- rules of simultaneous contacts
@@ -164,7 +97,6 @@ def test_a_mass_that_is_stuck_on_the_opposite_wall_stays_and_adds_its_mass() -> 
     [({"gravity": 0.2}, 0.05, 0.0), ({}, 0.0, -0.3)],
     ids=["start", "release"],
 )
-@plain
 def test_a_mass_that_only_touches_a_wall_adds_its_mass(
     order: int, own: dict[str, float], damping: float, v: float
 ) -> None:
@@ -183,7 +115,6 @@ def test_a_mass_that_only_touches_a_wall_adds_its_mass(
     assert float(exact.v) == pytest.approx(after, abs=1e-15)
 
 
-@plain
 def test_a_deviation_parts_a_mass_that_only_touches_a_wall_from_the_impact() -> None:
     p = damper_of({}, {"gravity": 0.2})
     run = start_run(p, State(0.0, 0.0, [-1.0, 1.0], [-0.5, 0.0]))
@@ -220,7 +151,6 @@ def test_masses_that_chatter_on_one_wall_come_to_rest_at_one_instant() -> None:
         assert at.u == (at.v, at.v)
 
 
-@plain
 def test_an_elastic_mass_comes_to_rest_with_those_that_it_kicks() -> None:
     """They lose what it gives them, again and again: when they rest is a geometric series."""
     p = damper_of({"restitution": 1.0, "mass_ratio": 0.5}, {"mass_ratio": 1.2}, gravity=-3.0)
@@ -279,32 +209,6 @@ def test_another_impact_can_throw_a_stuck_mass_off_by_the_dashpot() -> None:
 # --- small deviations
 
 
-@plain
-def test_deviations_are_differences_of_runs() -> None:
-    """Through impacts of three masses."""
-    p = damper_of({"mass_ratio": 0.5}, {}, {"mass_ratio": 0.2}, damping_ratio=0.05)
-    start = np.array([0.5, 0.0, 1.3, -0.9, 0.4, 2.5, 0.2, 3.1])
-
-    def run(z: np.ndarray) -> tuple[np.ndarray, Any, tuple[float, float]]:
-        made = start_run(p, State(z[0], z[1], list(z[2::2]), list(z[3::2])), accuracy=1e-15)
-        until = made.whole_periods(4.0)
-        made.skip(*until)
-        end = made.state_at(*until)
-        return np.array([end.x, end.v, *np.column_stack([end.y, end.u]).ravel()]), made, until
-
-    slopes = []
-    for step in (1e-6, 5e-7):
-        columns = [
-            (run(start + step * w)[0] - run(start - step * w)[0]) / (2 * step) for w in np.eye(8)
-        ]
-        slopes.append(np.stack(columns, axis=1))
-    known = (4.0 * slopes[1] - slopes[0]) / 3.0
-    made = start_run(p, State(0.5, 0.0, list(start[2::2]), list(start[3::2])), accuracy=1e-15)
-    found = derivative(made, *made.whole_periods(4.0))
-    np.testing.assert_allclose(found, known, rtol=0, atol=1e-7 * abs(known).max() + 5e-9)
-
-
-@plain
 def test_multipliers_of_masses_in_step_are_those_of_one() -> None:
     """And infinite of what parts them: impacts together are not one after the other."""
     one = Parameters(0.1, 0.1, 1.0, 5.5, 0.5)
@@ -322,38 +226,19 @@ def test_multipliers_of_masses_in_step_are_those_of_one() -> None:
 # --- conservation and limits
 
 
-@plain
-def test_momentum_is_kept_and_nothing_jumps() -> None:
-    p = Parameters(**{**QUIET, "restitution": 0.6}, masses=equal_masses(4, 0.3))
-    run = start_run(p)
-    ratios = run.model.masses[:, 0]
-    hits = 0
-    for log in run.segments(3.0):
-        for row, following in pairwise(log):
-            s, after = (read_segment(run.model, each) for each in (row, following))
-            x, v, _, _ = run.motion_in(row, row[DURATION])
-            assert x == pytest.approx(following[X], abs=1e-13)
-            if following[CAUSE] != IMPACT or row[DURATION] == 0.0:
-                continue
-            assert v == pytest.approx(following[V_BEFORE], abs=1e-13)
-            u = after.v - after.bodies[:, SIDE] * after.bodies[:, RATE]
-            before = run.state_in(row, row[DURATION])
-            momentum = before[1] + ratios @ before[3]
-            assert after.v + ratios @ u == pytest.approx(momentum, abs=1e-14)
-            assert np.all(after.bodies[:, GAP] >= 0.0)
-            assert s.loss >= 0.0
-            hits += 1
-    assert hits > 10
-
-
 @pytest.mark.parametrize("count", [1, 2, 5])
-@plain
-def test_equal_masses_in_step_are_one(count: int) -> None:
-    """N of them that move as one behave as one of N times the mass, to rounding."""
-    one = events(Parameters(**QUIET), until=60.0)
+@pytest.mark.parametrize("friction", [0.0, 0.005, 0.05, 0.4])
+@pytest.mark.parametrize("gravity", [0.0, 0.05])
+def test_equal_masses_in_step_are_one(count: int, friction: float, gravity: float) -> None:
+    """N of them that move as one behave as one of N times the mass, to rounding.
+
+    They hit, stick, break away, slide and rest together.
+    """
+    given = QUIET | {"friction": friction, "gravity": gravity}
+    one = events(Parameters(**given), until=40.0)
     masses = [{"mass_ratio": QUIET["mass_ratio"] / count}] * count
-    many = events(Parameters(**QUIET, masses=masses), until=60.0)
-    assert {0, 1, 2} <= set(one["kind"])
+    many = events(Parameters(**given, masses=masses), until=40.0)
+    assert len(one) > 8
     for body in range(count):
         own = many[many["body"] == body]
         assert np.array_equal(own["kind"], one["kind"])
@@ -361,7 +246,6 @@ def test_equal_masses_in_step_are_one(count: int) -> None:
             assert own[name] == pytest.approx(one[name], abs=2e-12)
 
 
-@plain
 def test_elastic_masses_without_a_force_keep_their_energy() -> None:
     """And at low energy share it: half of it per mass's speed, and per primary's x and v."""
     p = damper_of({}, {"mass_ratio": 0.3, "clearance": 0.7}, restitution=1.0)
@@ -420,91 +304,9 @@ def test_elastic_masses_share_their_energy_equally() -> None:
         assert abs(share - 0.25) < 2.0 * limit
 
 
-@plain
-def test_the_energy_balance_closes() -> None:
-    """To 1e-12 of the turnover, with weights and restitutions of their own."""
-    for seed, force in enumerate(("two harmonics", "base in its own frame", "record of a force")):
-        values, state = several_scene(force, seed)
-        arrays, _ = run_points([values], ["response"], state=State(*state), transient=0, periods=3)
-        found = {name: float(array[0]) for name, array in arrays.items()}
-        turnover = abs(found["energy_input"]) + found["dashpot_loss"] + found["impact_loss"]
-        assert found["status"] == 0
-        assert abs(found["energy_residual"]) < 1e-12 * turnover
-
-
-@plain
-def test_against_scipy() -> None:
-    """Three masses until they have hit fifteen times, by DOP853 with events."""
-    p = Parameters(0.1, 0.05, 0.8, 1.0, 0.7, masses=[{}, {"clearance": 0.8}, {"mass_ratio": 0.3}])
-    state = State(0.0, 0.5, [0.1, -0.2, 0.3], [0.4, -0.3, 0.2])
-    table = events(p, state, until=20.0)[:15]
-    ratios = [one.mass_ratio for one in p.each]
-    clearances = [one.clearance for one in p.each]
-
-    def motion(t: float, z: np.ndarray) -> list[float]:
-        return [z[1], math.sin(0.8 * t) - 0.1 * z[1] - z[0], *z[5:], 0.0, 0.0, 0.0]
-
-    def gap(k: int, side: int) -> Any:
-        def of(t: float, z: np.ndarray) -> float:
-            return float(clearances[k] - side * (z[2 + k] - z[0]))
-
-        of.terminal, of.direction = True, -1  # type: ignore[attr-defined]
-        return of
-
-    walls = [(k, side) for k in range(3) for side in (-1, 1)]
-    gaps = [gap(k, side) for k, side in walls]
-    t, z = 0.0, np.array([0.0, 0.5, 0.1, -0.2, 0.3, 0.4, -0.3, 0.2])
-    for row in table:
-        found = solve_ivp(
-            motion, (t, 25.0), z, method="DOP853", rtol=1e-13, atol=1e-13, events=gaps
-        )
-        [number] = [n for n, times in enumerate(found.t_events) if len(times)]
-        k, side = walls[number]
-        t, z = float(found.t[-1]), found.y[:, -1].copy()
-        assert (row["kind"], row["body"], row["side"]) == (0, k, side)
-        assert row["time"] == pytest.approx(t, abs=1e-9)
-        speed = side * (z[5 + k] - z[1])
-        z[1] += side * ratios[k] * 1.7 * speed / (1.0 + ratios[k])
-        z[5 + k] -= side * 1.7 * speed / (1.0 + ratios[k])
-        assert row["v"] == pytest.approx(z[1], abs=1e-9)
-
-
-@plain
-def test_a_run_is_the_same_however_it_is_split() -> None:
-    p = Parameters(**QUIET, masses=equal_masses(3, 0.2))
-    whole, parts = start_run(p), start_run(p)
-    [log] = [np.concatenate([piece.copy() for piece in whole.segments(4.0)])]
-    split = [
-        piece.copy() for k in range(41) for piece in parts.segments(0.1 * k - 0.1 * k % 1, 0.0)
-    ]
-    split += [piece.copy() for piece in parts.segments(4.0)]
-    last = {
-        (row[PERIODS], row[TIME], row[COLUMNS], row[CAUSE]): row for piece in split for row in piece
-    }
-    for row in log[:-1]:
-        assert np.array_equal(last[row[PERIODS], row[TIME], row[COLUMNS], row[CAUSE]], row)
-
-
-@plain
-def test_the_response_against_samples() -> None:
-    p = Parameters(**QUIET, masses=equal_masses(3, 0.2))
-    found = simulate(**p.given, observers=["response"], transient=0, periods=1)
-    run = start_run(p)
-    [log] = run.segments(1.0)
-    sums, peak = 0.0, 0.0
-    for row in log:
-        taus = (np.arange(400) + 0.5) / 400 * row[DURATION]
-        x = np.array([run.motion_in(row, tau)[0] for tau in taus])
-        sums += float(np.mean(x * x)) * row[DURATION]
-        peak = max(peak, float(np.abs(x).max()))
-    assert float(found.rms_displacement) == pytest.approx(math.sqrt(sums / p.cycle), rel=1e-6)
-    assert peak * (1 - 1e-15) <= float(found.peak_displacement) <= peak * (1 + 1e-5)
-
-
 # --- units of measure, and what is refused
 
 
-@plain
 def test_si_units() -> None:
     scaled = Parameters(**GENERIC, masses=[{}, {"clearance": 1.3, "gravity": 0.1}])
     machine = SIParameters.of(scaled, 2.0, 200.0, 10.0)
@@ -570,7 +372,6 @@ def test_studies_refuse_what_knows_one_mass(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-@plain
 def logged() -> tuple[Any, np.ndarray]:
     """Two masses that chatter and stick under weight: trajectory and log."""
     p = Parameters(**QUIET, masses=[{}, {"clearance": 0.4, "gravity": 0.1, "restitution": 0.5}])
@@ -578,7 +379,6 @@ def logged() -> tuple[Any, np.ndarray]:
     return run, np.concatenate([piece.copy() for piece in run.segments(2.0)])
 
 
-@plain
 def violated(run: Any, log: np.ndarray) -> set[str]:
     observer = Laws()
     observer.allocate(1, 2)
@@ -629,12 +429,3 @@ def test_a_tensile_force_of_one_mass_is_found(logged: tuple[Any, np.ndarray]) ->
     changed = log.copy()
     changed[row - 1, DURATION] += 1e-6
     assert "tensile_force" in violated(run, changed[:row])
-
-
-@plain
-def test_random_masses_keep_every_law() -> None:
-    for seed, force in enumerate(FORCES):
-        values, state = several_scene(force, seed)
-        ask = {"transient": 1, "periods": 1, "max_events": 2000}
-        found, _ = run_points([values], ["laws"], state=State(*state), **ask)
-        assert not broken(found).any(), force

@@ -1,24 +1,16 @@
-"""Dry friction of several free masses: against many digits, each rule in a scene of its own."""
+"""Dry friction of several free masses: each rule in a scene of its own."""
 
 import math
-from collections.abc import Callable
-from functools import partial
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
-from cases import thinned
-from event_pairs import KINDS
-from forced_scenes import ERROR, FORCES
-from scenes import QUIET
 from scipy.optimize import brentq
-from several_scenes import length_of, rubbing_error, rubbing_scene, supported
 
-from damper import Base, Parameters, SIParameters, State, equal_masses, events, simulate
-from damper.engine.compiled import plain
+from damper import Base, Parameters, SIParameters, State, events, simulate
 from damper.engine.model import read_segment
-from damper.engine.segment import CAUSE, DURATION, IMPACT, RESTING, STICKING, TAIL, V_BEFORE
+from damper.engine.segment import IMPACT, RESTING, STICKING, TAIL
 from damper.models import start_run
 from damper.models.response import integrate_segment, prepare_tables, stored_energy
 from damper.models.several.bodies import FOLLOWS, LEVEL, MODE, MOST, WALL, WIDTH
@@ -40,132 +32,6 @@ def told(table: np.ndarray) -> list[tuple[int, int, int]]:
     return [(row["kind"], row["body"], row["side"]) for row in table]
 
 
-# --- against many digits
-
-CASES = [(force, seed) for force in FORCES for seed in range(3)]
-
-
-@pytest.mark.parametrize(("force", "seed"), thinned(CASES, lambda case: case[1] == 1))
-@plain
-def test_events_against_many_digits(force: str, seed: int) -> None:
-    values, state = rubbing_scene(force, seed)
-    assert rubbing_error(values, state, length_of(values, state)) < ERROR
-
-
-@pytest.mark.parametrize(("force", "seed"), thinned(CASES, lambda case: case[1] == 2))
-@plain
-def test_events_with_supports_against_many_digits(force: str, seed: int) -> None:
-    values, state = supported(rubbing_scene, force, seed)
-    assert rubbing_error(values, state, length_of(values, state)) < ERROR
-
-
-@pytest.mark.exhaustive
-@plain
-def test_many_random_scenes() -> None:
-    """All that happens: two that rest, of which one breaks away, what is kicked, closed tails."""
-    happened: set[str] = set()
-    for force in FORCES:
-        for seed in range(200 if force == "harmonic" else 20):
-            values, state = rubbing_scene(force, seed)
-            until = length_of(values, state)
-            assert rubbing_error(values, state, until) < ERROR, (force, seed)
-            happened |= _happened_in(values, state, until)
-    assert happened >= {"stick", "release", "rest", "slip", "reversal"}
-    assert happened >= {"two rest", "one of two breaks away", "kick", "tail"}
-
-
-def _happened_in(values: dict[str, Any], state: tuple, until: float) -> set[str]:
-    names = {code: name for name, code in KINDS.items()}
-    run, found = start_run(Parameters(**values), State(*state)), set()
-    for log in run.segments(*run.whole_periods(until)):
-        rows = [read_segment(run.model, row) for row in log]
-        for s, after in pairwise(rows):
-            if after.completion > 0.0:
-                found.add("tail")
-            rests = [np.count_nonzero(r.bodies[:, MODE] == RESTING) for r in (s, after)]
-            found.add(names.get(int(after.cause), ""))
-            if rests[0] >= 2:
-                found.add("two rest")
-            if rests == [2, 1] and after.cause == SLIP:
-                found.add("kick" if after.gap_rate else "one of two breaks away")
-            if after.cause == SLIP and after.gap_rate:
-                found.add("kick")
-    return found
-
-
-# --- limits
-
-
-@plain
-def test_one_of_them_is_the_damper_with_friction() -> None:
-    """Event by event: also where its tails begin."""
-    for friction in (0.02, 0.1, 0.4):
-        for gravity in (0.0, 0.05):
-            given = QUIET | {"friction": friction, "gravity": gravity, "restitution": 0.5}
-            alone = events(Parameters(**given), until=30.0)
-            several = events(Parameters(**given, masses=[{}]), until=30.0)
-            assert several[["kind", "side"]].tolist() == alone[["kind", "side"]].tolist()
-            for name in ("time", "x", "v", "approach_speed"):
-                assert several[name] == pytest.approx(alone[name], abs=2e-12)
-
-
-@pytest.mark.parametrize("count", [2, 5])
-@plain
-def test_equal_masses_in_step_are_one(count: int) -> None:
-    """They rest, break away, slide and stick together, number by number."""
-    kinds: set[int] = set()
-    for friction in (0.005, 0.05):
-        given = QUIET | {"friction": friction}
-        one = events(Parameters(**given, masses=[{}]), until=40.0)
-        masses = [{"mass_ratio": given["mass_ratio"] / count}] * count
-        many = events(Parameters(**given, masses=masses), until=40.0)
-        kinds |= set(one["kind"])
-        for body in range(count):
-            own = many[many["body"] == body]
-            assert np.array_equal(own["kind"], one["kind"])
-            for name in ("time", "x", "v", "approach_speed"):
-                assert own[name] == pytest.approx(one[name], abs=2e-12)
-    assert kinds == {0, STICK, RELEASE, REST, SLIP, REVERSAL}
-
-
-@pytest.mark.parametrize(
-    "scene", [rubbing_scene, partial(supported, rubbing_scene)], ids=["free", "supported"]
-)
-@plain
-def test_energy_balance_and_laws(scene: Callable[[str, int], Any]) -> None:
-    """To 1e-12 of the turnover, the losses in friction and in supports with it."""
-    observers = {"response": {"friction_loss": True}, "laws": {}}
-    forces = ["harmonic", "base in the ground's frame", "record of a force"]
-    forces += ["record of the base", "base in its own frame"]
-    for seed, force in enumerate(forces):
-        values, state = scene(force, seed)
-        ask = {"transient": 0, "periods": 1, "max_events": 5000}
-        arrays, _ = run_points([values], observers, state=State(*state), **ask)
-        assert not broken(arrays).any(), force
-        found = {name: float(array[0]) for name, array in arrays.items() if array.ndim == 1}
-        losses = found["dashpot_loss"] + found["impact_loss"] + found["friction_loss"]
-        assert found["status"] == 0
-        assert found["friction_loss"] > 0.0
-        assert abs(found["energy_residual"]) < 1e-12 * (abs(found["energy_input"]) + losses)
-
-
-@plain
-def test_momentum_is_kept_at_impacts() -> None:
-    p = Parameters(**QUIET | {"friction": 0.005}, masses=equal_masses(3, 0.3))
-    run = start_run(p)
-    ratios, hits = run.model.masses[:, 0], 0
-    for log in run.segments(4.0):
-        for row, following in pairwise(log):
-            if following[CAUSE] != IMPACT or row[DURATION] == 0.0:
-                continue
-            _, v, _, u = run.state_in(row, row[DURATION])
-            _, after, _, rebound = run.state_in(following, 0.0)
-            assert v == pytest.approx(following[V_BEFORE], abs=1e-13)
-            assert after + ratios @ rebound == pytest.approx(v + ratios @ u, abs=1e-14)
-            hits += 1
-    assert hits > 10
-
-
 # --- rules
 
 
@@ -173,17 +39,17 @@ def test_one_breaks_away_while_another_stays() -> None:
     """All three swing as one from x = 0 on; the weaker friction gives way first."""
     p = damper_of({"friction": 0.2}, {"friction": 0.5, "mass_ratio": 0.4})
     omega = 1.0 / math.sqrt(1.5)
-    table = plain(events)(p, State(0.0, 0.5, [0.0, 1.0], [0.5, 0.5]), until=2.0)
+    table = events(p, State(0.0, 0.5, [0.0, 1.0], [0.5, 0.5]), until=2.0)
     assert told(table) == [(REST, 0, 0), (REST, 1, 0), (SLIP, 0, 0)]
     assert table["time"][2] == pytest.approx(math.asin(0.2 / (0.5 * omega)) / omega, rel=1e-13)
-    [log] = plain(_log)(p, State(0.0, 0.5, [0.0, 1.0], [0.5, 0.5]), 2.0)
+    [log] = _log(p, State(0.0, 0.5, [0.0, 1.0], [0.5, 0.5]), 2.0)
     assert log[-1].bodies[:, MODE].tolist() == [0.0, RESTING]
 
 
 def test_an_impact_moves_a_mass_that_rests() -> None:
     """Friction gives no impulse: the box moves, and the mass goes on as it was."""
     p = damper_of({"friction": 0.5}, {"friction": 0.0, "mass_ratio": 0.3, "clearance": 1.0})
-    table = plain(events)(p, State(0.0, 0.0, [2.0, 0.0], [0.0, 1.0]), until=1.1)
+    table = events(p, State(0.0, 0.0, [2.0, 0.0], [0.0, 1.0]), until=1.1)
     assert told(table) == [(REST, 0, 0), (0, 1, 1), (SLIP, 0, 0)]
     assert table["time"][1] == table["time"][2] == pytest.approx(1.0, abs=1e-15)
     assert table["v"][1:] == pytest.approx(0.3 * 1.5 / 1.3, abs=1e-15)
@@ -192,7 +58,7 @@ def test_an_impact_moves_a_mass_that_rests() -> None:
 def test_a_mass_that_stops_lets_another_one_break_away() -> None:
     """It pushes the primary no more: x'' jumps from about 0 to what is beyond the other's hold."""
     p = damper_of({"friction": 1.0, "mass_ratio": 1.0}, {"friction": 0.2})
-    table = plain(events)(p, State(1.0, 0.0, [1.0, 1.0], [0.5, 0.0]), until=0.6)
+    table = events(p, State(1.0, 0.0, [1.0, 1.0], [0.5, 0.0]), until=0.6)
     assert told(table) == [(REST, 1, 0), (REST, 0, 0), (SLIP, 1, 0)]
     assert table["time"][1] == table["time"][2]
 
@@ -200,11 +66,11 @@ def test_a_mass_that_stops_lets_another_one_break_away() -> None:
 def test_a_mass_that_rests_on_a_wall_and_one_off_it() -> None:
     """Of one mass and one friction: the wall holds the first one as long as it presses."""
     p = damper_of({"friction": 0.2}, {"friction": 0.2}, clearance=1.0)
-    table = plain(events)(p, State(-0.6, 0.0, [-1.6, -0.6], [0.0, 0.0]), until=2.4)
+    table = events(p, State(-0.6, 0.0, [-1.6, -0.6], [0.0, 0.0]), until=2.4)
     # At x = -0.6 the left wall pushes one to the right, and friction does not hold the other.
     assert told(table)[:1] == [(STICK, 0, -1)]
     released = table[(table["kind"] == RELEASE) & (table["body"] == 0)]
-    [log] = plain(_log)(p, State(-0.6, 0.0, [-1.6, -0.6], [0.0, 0.0]), float(released["time"][0]))
+    [log] = _log(p, State(-0.6, 0.0, [-1.6, -0.6], [0.0, 0.0]), float(released["time"][0]))
     assert log[-2].bodies[0, MODE] == STICKING
     assert log[0].bodies[1, MODE] == 0.0
 
@@ -212,7 +78,7 @@ def test_a_mass_that_rests_on_a_wall_and_one_off_it() -> None:
 def test_a_mass_without_friction_never_slides() -> None:
     """It falls off its wall at the start: that is no reversal, whatever the other mass does."""
     p = Parameters(0.1, 0.05, 1.0, 1.0, 0.8, masses=[{"gravity": 0.2}, {"friction": 0.3}])
-    table = plain(events)(p, State(0.0, 0.0, [1.0, 0.0], [0.0, 0.1]), until=5.0)
+    table = events(p, State(0.0, 0.0, [1.0, 0.0], [0.0, 0.1]), until=5.0)
     assert set(table["kind"][table["body"] == 1]) == {IMPACT, REST, SLIP, REVERSAL}
     assert set(table["kind"][table["body"] == 0]) == {IMPACT}
 
@@ -221,7 +87,7 @@ def test_weight_and_friction_that_are_equal_hold() -> None:
     """On the brink for good: with the primary where it hangs, nothing ever happens."""
     p = damper_of({"friction": 0.25}, {"friction": 0.5}, gravity=0.25)
     hangs = -0.25 * 0.2
-    table = plain(events)(p, State(hangs, 0.0, [0.0, 1.0], [0.0, 0.0]), until=50.0)
+    table = events(p, State(hangs, 0.0, [0.0, 1.0], [0.0, 0.0]), until=50.0)
     assert told(table) == [(REST, 0, 0), (REST, 1, 0)]
 
 
@@ -245,7 +111,7 @@ def test_the_balance_is_the_only_root() -> None:
         root = brentq(excess, -50.0, 50.0, args=of, xtol=1e-14)
         bodies = np.zeros((count, WIDTH))
         bodies[:, LEVEL], bodies[:, WALL], bodies[:, MOST] = levels, walls, most
-        found = plain(balance)(free, ratios[:, None], bodies)
+        found = balance(free, ratios[:, None], bodies)
         assert found == pytest.approx(root, abs=1e-12)
         inside = (low < found - levels) & (found - levels < high)
         assert (bodies[:, FOLLOWS] == inside).all()
@@ -271,7 +137,6 @@ def tails_in(p: Parameters, state: State, accuracy: float) -> list[Any]:
 
 
 @pytest.mark.parametrize(("friction", "order"), [(0.3, 2), (0.0, 3)])
-@plain
 def test_a_tail_is_closed_beside_a_slide(friction: float, order: int) -> None:
     """At the first impact; its error falls with the square of the speed, or its third power."""
     errors = []
@@ -287,7 +152,6 @@ def test_a_tail_is_closed_beside_a_slide(friction: float, order: int) -> None:
 
 
 @pytest.mark.parametrize(("speed", "held"), [(0.008, 3.0), (-0.008, 0.1)], ids=["rests", "turns"])
-@plain
 def test_no_tail_is_closed_while_another_slide_ends(speed: float, held: float) -> None:
     p, state = chattering(0.01, 0.3, speed, held)
     table = events(p, state, until=0.3, accuracy=1e-3)
@@ -298,7 +162,6 @@ def test_no_tail_is_closed_while_another_slide_ends(speed: float, held: float) -
         assert tail.time > stop["time"]
 
 
-@plain
 def test_a_tail_is_closed_while_the_opposite_wall_holds_another() -> None:
     """It slips off at 2 (gravity - 0.92), by the balance of forces on the way out of a bounce."""
     for gravity, closed in ((0.95, True), (0.9215, False)):
@@ -314,7 +177,6 @@ def test_a_tail_is_closed_while_the_opposite_wall_holds_another() -> None:
 
 
 @pytest.mark.parametrize("friction", [0.3, 0.0])
-@plain
 def test_energy_in_any_part_of_a_tail(friction: float) -> None:
     """Of a bounce's energy what is left over falls with the speed: the centre's own error."""
     left = []
@@ -336,7 +198,6 @@ def test_energy_in_any_part_of_a_tail(friction: float) -> None:
     assert left[0] / left[1] == pytest.approx(2.0, rel=0.1)
 
 
-@plain
 def test_observers_see_the_impacts_of_a_tail() -> None:
     p, state = chattering(0.008, 0.3, 2.0, 0.1)
     observers = {
@@ -395,7 +256,6 @@ EXTREME: dict[str, tuple[dict[str, float], list[dict[str, float]], tuple[float, 
 
 
 @pytest.mark.parametrize("name", EXTREME)
-@plain
 def test_extreme_runs_keep_the_laws(name: str) -> None:
     values, masses, (x, v, place, velocity) = EXTREME[name]
     places = [x + place * one.get("clearance", values["clearance"]) for one in [values, *masses]]
@@ -415,7 +275,6 @@ def test_extreme_runs_keep_the_laws(name: str) -> None:
 # --- units of measure, and what is refused
 
 
-@plain
 def test_machine_in_si_units() -> None:
     """A coefficient for each, under one transverse acceleration."""
     values = (2.0, 4.0, 200.0, 10.0, 11.0, 0.2, 0.02, 0.6)
@@ -432,12 +291,6 @@ def test_machine_in_si_units() -> None:
     message = r"^masses\[1\]\.friction_coefficient = 0\.02 without transverse_acceleration"
     with pytest.raises(ValueError, match=message):
         SIParameters(*values, masses=masses)
-
-
-def test_equal_masses_rub_too() -> None:
-    p = Parameters(**QUIET, masses=equal_masses(2), friction=0.1)
-    assert p.model == "several"
-    assert p.acting["friction"] == 0.1
 
 
 def _log(p: Parameters, state: State, until: float) -> list[list[Any]]:

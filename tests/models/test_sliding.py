@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from forced_scenes import ERROR, largest_error, length_of, rows_of_both
 from project_copy import small_study
 from scenes import QUIET
 from studies import blame
@@ -18,8 +17,7 @@ from damper import (
     events,
     simulate,
 )
-from damper.engine.compiled import plain
-from damper.engine.segment import CAUSE, COMPLETION, GAP, NOTHING
+from damper.engine.segment import CAUSE, GAP, NOTHING
 from damper.models import start_run
 from damper.models.sensitivity import neighbours
 from damper.models.tangent import derivative
@@ -27,70 +25,6 @@ from damper.observers.common.laws import broken
 from damper.sweep.orbits.arcs import Arc
 
 IMPACT, STICK, RELEASE, STOPPED, REST, SLIP, REVERSAL = range(7)
-
-
-def scene(seed: int) -> tuple[Parameters, State]:
-    random = np.random.default_rng(seed)
-    p = Parameters(
-        mass_ratio=random.uniform(0.05, 1.0),
-        damping_ratio=random.uniform(0.0, 0.3),
-        frequency_ratio=random.uniform(0.15, 1.5),
-        clearance=random.uniform(0.02, 0.5),
-        restitution=random.choice([0.0, 0.3, 0.6, 0.85]),
-        restitution_left=random.choice([math.inf, 0.5]),
-        phase=random.uniform(0.0, 6.0),
-        friction=10.0 ** random.uniform(-2.5, -0.5),
-    )
-    x, v, u = random.normal(size=3) * 0.3
-    return p, State(x, v, x + p.clearance * random.uniform(-0.9, 0.9), u)
-
-
-SEEDS = range(24)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-@plain
-def test_events_against_many_digits(seed: int) -> None:
-    """Impacts, rests, slips, reversals, chatter with an end and without one, on random scenes."""
-    p, start = scene(seed)
-    values, state = p.acting, (start.x, start.v, start.y, start.u)
-    found, exact = rows_of_both(values, state, length_of(values, state))
-    assert len(found) >= 3
-    assert largest_error(found, exact) < ERROR
-
-
-def test_the_scenes_hold_all_that_happens() -> None:
-    kinds, tails = set(), 0
-    for seed in SEEDS:
-        p, state = scene(seed)
-        run = start_run(p, state)
-        for log in plain(run.segments)(*run.whole_periods(60.0)):
-            kinds |= set(log[:, CAUSE])
-            tails += int((log[:, COMPLETION] > 0.0).sum())
-    assert kinds >= {IMPACT, STICK, RELEASE, REST, SLIP, REVERSAL}
-    assert tails >= 5
-
-
-@pytest.fixture(scope="module")
-def sticks() -> list[tuple[Parameters, State, np.void]]:
-    """Scenes in which the masses stick, and where they first do, many more bounces resolved."""
-    found = []
-    for p, state in map(scene, SEEDS):
-        rows = plain(events)(p, state, until=60.0, accuracy=1e-15)
-        found += [(p, state, row) for row in rows[rows["kind"] == STICK][:1]]
-    return found
-
-
-@pytest.mark.parametrize("accuracy", [1e-4, 1e-8, 1e-12])
-def test_closed_bursts_are_as_accurate_as_they_say(accuracy: float, sticks: list) -> None:
-    """Time of completion."""
-    largest = 0.0
-    for p, state, first in sticks:
-        found = plain(events)(p, state, until=float(first["time"]) + 0.1, accuracy=accuracy)
-        stuck = found[found["kind"] == STICK][0]
-        largest = max(largest, abs(stuck["time"] - first["time"]))
-        assert abs(stuck["x"] - first["x"]) <= 2.0 * accuracy
-    assert 1e-3 * accuracy < largest <= accuracy
 
 
 #: A primary that swings freely from x = 1: near the turn the right wall presses with about 1.
@@ -102,18 +36,18 @@ def test_comes_to_rest_off_the_wall(speed: float) -> None:
     """Friction above what presses: one bounce of height w^2 / (2 (A + b)), never snapped to it."""
     p = Parameters(mass_ratio=1e-6, restitution=0.5, friction=2.0, **SWING)
     run = start_run(p, State(1.0, 0.0, 2.0, speed))
-    log = plain(lambda: next(run.segments(*run.whole_periods(0.5))).copy())()
+    log = next(run.segments(*run.whole_periods(0.5))).copy()
     assert log[:, CAUSE].tolist() == [NOTHING, IMPACT, REST]
     height = (0.5 * speed) ** 2 / (2.0 * (1.0 + 2.0))
     assert log[2, GAP] == pytest.approx(height, rel=max(speed, 2e-6))
-    assert plain(run.state_at)(*run.whole_periods(0.5)).v < 0.0
+    assert run.state_at(*run.whole_periods(0.5)).v < 0.0
 
 
 def test_a_plastic_impact_that_friction_holds_is_one() -> None:
     """The wall does not press: friction alone keeps the free mass there."""
     p = Parameters(mass_ratio=1e-6, restitution=0.0, friction=2.0, **SWING)
     start = State(1.0, 0.0, 2.0, 0.5)
-    cube = plain(simulate)(p, state=start, transient=0, periods=1, observers=["impacts", "bursts"])
+    cube = simulate(p, state=start, transient=0, periods=1, observers=["impacts", "bursts"])
     assert (cube.impacts_per_period, cube.max_approach_speed) == (1.0, 0.5)
 
 
@@ -121,7 +55,7 @@ def test_remaining_time_and_ratio_of_bounces() -> None:
     """Friction below what presses: speeds fall by q, in the time of the closed form."""
     a_f, r, w = 0.6, 0.7, 1e-3
     p = Parameters(mass_ratio=1e-6, restitution=r, friction=a_f, **SWING)
-    found = plain(events)(p, State(1.0, 0.0, 2.0, w / r), until=0.1)
+    found = events(p, State(1.0, 0.0, 2.0, w / r), until=0.1)
     speeds = found["approach_speed"][found["kind"] == IMPACT]
     q = r * math.sqrt((1.0 - a_f) / (1.0 + a_f))
     assert speeds[2] / speeds[1] == pytest.approx(q, rel=1e-4)
@@ -133,7 +67,7 @@ def test_breaks_away_where_the_common_acceleration_reaches_friction() -> None:
     """Free decay's mirror: both swing as one, x'' = -x / (1 + mu), from x = 0 on."""
     p = Parameters(mass_ratio=0.5, restitution=0.5, friction=0.2, **SWING)
     omega = 1.0 / math.sqrt(1.5)
-    found = plain(events)(p, State(0.0, 0.5, 0.0, 0.5), until=3.0)
+    found = events(p, State(0.0, 0.5, 0.0, 0.5), until=3.0)
     assert found["kind"][:2].tolist() == [REST, SLIP]
     assert found["time"][1] == pytest.approx(math.asin(0.2 / (0.5 * omega)) / omega, rel=1e-12)
 
@@ -142,7 +76,7 @@ def test_breaks_away_where_the_common_acceleration_reaches_friction() -> None:
 def test_an_idle_damper_comes_to_rest(u: float) -> None:
     """Without a contact, and with accelerations below friction, it ends at rest in the box."""
     p = Parameters(0.1, 0.1, 0.5, 50.0, 0.6, friction=0.8)
-    found = plain(events)(p, State(0.0, 0.0, 1.0, u), until=500.0)
+    found = events(p, State(0.0, 0.0, 1.0, u), until=500.0)
     assert set(found["kind"]) <= {REST, SLIP, REVERSAL}
     assert found["kind"][-1] == REST
     assert found["time"][-1] < 50.0
@@ -160,7 +94,6 @@ def test_losses_against_samples() -> None:
     assert {0.0, 2.0} <= set(kept.trajectory_mode.values)
 
 
-@plain
 def test_the_laws_hold_in_the_frame_of_a_base() -> None:
     given = {"forcing": Base("base"), "force_amplitude": 5.0, "friction": 0.05, "clearance": 0.2}
     cube = simulate(
@@ -177,7 +110,6 @@ def test_only_one_model_at_a_time() -> None:
         Parameters(**QUIET, friction=0.1, modulation_depth=0.1)
 
 
-@plain
 def test_no_derivative_where_it_stops_at_the_very_wall() -> None:
     """The speed between one that reaches the wall, which is 1 away, and one that does not."""
     p = Parameters(mass_ratio=1e-6, restitution=0.5, friction=0.5, **SWING)

@@ -8,17 +8,15 @@ import random
 import numpy as np
 import pytest
 from cases import thinned
-from event_pairs import assert_agree, paired
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 from scenes import QUIET as BASE
-from tails import completed, tail
 
 from damper import Parameters, State, events
 from damper.engine.model import mass_ratio_at
 from damper.engine.segment import CAUSE, DURATION, IMPACT, PERIODS, RELEASE, SPEED, TIME, V
-from damper.models import model_of, start_run
+from damper.models import start_run
 from damper.models.time_varying.motion import DEGREE, _first_loss, mass_law, modulation
 from damper.verification.reference import exact_run
 
@@ -41,17 +39,6 @@ SCENES: dict[str, tuple[dict[str, float], float]] = {
     "overdamped": (given_by(0.5, 10.0, 0.6, 0.01, 0.3, depth=0.5), 12.0),
     "plastic": (given_by(0.5, 0.1, 0.3, 0.05, 0.0, depth=0.9, order=2), 60.0),
 }
-
-
-@pytest.mark.parametrize("name", thinned(SCENES, {"subharmonic", "plastic"}.__contains__))
-def test_events_agree_with_arbitrary_precision(name: str) -> None:
-    """Every event, one by one; what a closed tail leaves out is left out of the reference."""
-    values, until = SCENES[name]
-    rows = events(Parameters(**values), until=until)[:-1][:40]
-    assert {0, 1, 2} <= set(rows["kind"])
-    pairs = paired(rows, exact_run(values, until=until, digits=25).events)
-    assert len(pairs) == len(rows)
-    assert_agree(pairs, 2e-13)
 
 
 # --- the mass
@@ -200,56 +187,6 @@ def test_a_flight_after_a_release_is_read_as_it_was_flown(clearance: float) -> N
 
 
 # --- the rest of a chatter sequence
-
-
-@pytest.mark.parametrize("side", [1, -1])
-def test_tail_errs_by_the_third_order(side: int) -> None:
-    """Resolved in 25 digits: halving the rebound speed divides every error by eight."""
-    values = given_by(0.5, 0.2, 0.3, 0.5, 0.6, depth=0.6, phase=1.0)
-    model = model_of(Parameters(**values))
-    start = (2.0, 2.0 * side, 0.1)
-    errors = []
-    for w in (0.005, 0.0025):
-        time, x, v = start
-        duration, estimate, end_x, end_v = tail(model, time, float(side), x, v, w)
-        exact = completed(values, time, side, x, v, w, within=1.1 * duration)
-        found = (duration - exact.time, end_x - exact.x, end_v - exact.v)
-        errors.append([abs(float(off)) for off in found])
-        assert errors[-1][0] < estimate
-    assert all(7.0 < a / b < 9.0 for a, b in zip(*errors, strict=True))
-
-
-def test_tail_estimate_is_on_the_safe_side() -> None:
-    draw = random.Random(4)
-    compared = 0
-    while compared < 8:
-        zeta = draw.choice([0.0, 0.05, 0.5, 3.0, 10.0])
-        values = {
-            "mass_ratio": 10 ** draw.uniform(-3, 2),
-            "damping_ratio": zeta,
-            "frequency_ratio": 10 ** draw.uniform(-1, 1),
-            "clearance": 0.5,
-            "restitution": draw.choice([0.05, 0.3, 0.6, 0.8]),
-            "modulation_depth": draw.choice([0.1, 0.6, 0.95, 0.999]),
-            "modulation_phase": draw.uniform(-3, 3),
-            "modulation_order": draw.choice([1, 2, 5]),
-        }
-        p = Parameters(**values)
-        time = draw.uniform(0, 3) % p.cycle
-        x, v = draw.uniform(0.5, 3), draw.uniform(-1, 1) / max(1, 10 * zeta)
-        w = 0.01 * draw.random() ** 2
-        model = model_of(p)
-        duration, estimate, _, end_v = tail(model, time, 1.0, x, v, w)
-        while 1e-3 * duration < estimate < math.inf:
-            w /= 3
-            duration, estimate, _, end_v = tail(model, time, 1.0, x, v, w)
-        if estimate == math.inf:
-            continue
-        exact = completed(values, time, 1, x, v, w, within=1.1 * duration + estimate)
-        force = abs(math.sin(values["frequency_ratio"] * time) - 2 * zeta * v - x)
-        assert abs(duration - exact.time) < estimate
-        assert abs(end_v - exact.v) < estimate * force
-        compared += 1
 
 
 # --- limits and corners

@@ -13,7 +13,6 @@ from plain_events import Scene, random_scenes
 from scenes import PAPER_A, SLOW
 
 from damper import Parameters, simulate
-from damper.engine.compiled import plain
 from damper.models import start_run
 from damper.observers import make_observers
 from damper.observers.common.base import Window
@@ -113,7 +112,7 @@ def test_impacts_on_a_wall_that_draws_away_have_no_prediction() -> None:
 def test_predictions_under_other_forces(forcing: Forcing) -> None:
     """Of the second order, with what a force does to both masses."""
     values = SLOW | {"forcing": forcing, "force_amplitude": 25.0}
-    found, _ = plain(run_points)([values], ["accumulation"], transient=1, periods=5)
+    found, _ = run_points([values], ["accumulation"], transient=1, periods=5)
     exact = found["remaining_time"]
     known = (found["prediction_error_estimate"] < 1e-2) & (exact > 1e-4)
     assert known.sum() > 10

@@ -8,7 +8,6 @@ from scenes import QUIET, SLOW
 
 import damper
 from damper import Parameters, State
-from damper.engine.compiled import plain
 from damper.observers import observer_class
 
 OBSERVERS: dict[str, dict[str, Any]] = {
@@ -22,7 +21,6 @@ OBSERVERS: dict[str, dict[str, Any]] = {
 RUN = {"transient": 1, "periods": 5}
 
 
-@plain
 def test_masses_in_step_are_seen_as_one() -> None:
     """Two halves that move as one: each has what the whole has, to rounding."""
     halves = [{"mass_ratio": 0.5 * QUIET["mass_ratio"]}] * 2
@@ -61,7 +59,6 @@ def observed(observers: dict[str, Any]) -> Any:
     )
 
 
-@plain
 def test_unlike_masses_against_the_list_of_events() -> None:
     """Each has its own impacts, bursts and sticking, whatever happens to the others meanwhile."""
     p = Parameters(**UNLIKE, masses=MASSES)
@@ -101,7 +98,6 @@ def test_unlike_masses_against_the_list_of_events() -> None:
         assert float(here.sticking_fraction) == pytest.approx(stuck / end, abs=1e-12)
 
 
-@plain
 def test_rows_of_a_trajectory_keep_momentum_and_stay_in_the_boxes() -> None:
     cube = observed({"trajectory": {"bodies": [0, 1, 2]}})
     p = Parameters(**UNLIKE, masses=MASSES)
@@ -129,7 +125,6 @@ def test_rows_of_a_trajectory_keep_momentum_and_stay_in_the_boxes() -> None:
         )
 
 
-@plain
 def test_segments_of_all_masses_are_the_motion() -> None:
     """Each has its own events; a run from the rows of one instant goes on as the whole one."""
     cube = observed({"segments": {"bodies": [0, 1, 2], "periods": 4, "rows": 9999}})
@@ -157,7 +152,6 @@ def test_segments_of_all_masses_are_the_motion() -> None:
 
 
 @pytest.mark.parametrize("name", ["bursts", "trajectory", "impact_section", "motion", "segments"])
-@plain
 def test_a_mass_has_to_be_chosen(name: str) -> None:
     with pytest.raises(
         ValueError, match=rf"^{name} observes free masses by their numbers: give bodies"
@@ -168,13 +162,11 @@ def test_a_mass_has_to_be_chosen(name: str) -> None:
     assert "bodies" in observer_class(name).settings
 
 
-@plain
 def test_bodies_are_the_same_for_all_observers() -> None:
     with pytest.raises(ValueError, match=r"^observers 'bursts' and 'impacts' observe other masses"):
         observed({"bursts": {"bodies": [0]}, "impacts": {"bodies": [1]}})
 
 
-@plain
 def test_a_run_shows_all_masses() -> None:
     run = damper.run(**UNLIKE, masses=MASSES, until=20.0)
     assert run.motion.free_displacement.dims == ("body", "time")

@@ -7,7 +7,6 @@ import pytest
 from new_process import in_new_process
 
 from damper import Parameters, Record, State, simulate
-from damper.engine.compiled import plain
 from damper.engine.segment import (
     CAUSE,
     DURATION,
@@ -89,7 +88,6 @@ def test_every_law_holds_for_every_model_at_any_time_in_plain_python():
 
 
 @pytest.fixture(scope="module")
-@plain
 def run():
     """One run with impacts, tails, sticking and releases: trajectory and log."""
     p = Parameters(0.1, 0.05, 0.2, 0.25, 0.3)
@@ -100,7 +98,6 @@ def run():
     return trajectory, log
 
 
-@plain
 def laws(trajectory, log):
     """Return what the checks find in a log, read in two pieces."""
     observer = Laws()
@@ -222,7 +219,6 @@ MODELS = {
 
 
 @pytest.mark.parametrize("model", MODELS)
-@plain
 def test_a_jump_of_the_force_is_no_tensile_force(model):
     """It ends sticking: up to there the contact force is that before the jump."""
     count = len(MODELS[model].get("masses", [{}]))
@@ -256,7 +252,6 @@ def test_what_is_not_finite_is_found(run, column, value):
     assert "not_finite" in found
 
 
-@plain
 def test_pieces_of_a_log_join_whatever_the_size_of_their_terms():
     """As long as a run is, nothing is hit: segments end where the log's buffer does not."""
     trajectory = start_run(Parameters(0.1, 0.0, 0.37, 1e6, 0.6), None)

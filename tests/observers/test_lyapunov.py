@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import damper
-from damper.engine.compiled import plain
 from damper.engine.segment import DURATION, FLIGHT, MODE
 from damper.models import start_run
 from damper.models.compliant.restitution import contact_damping
@@ -99,7 +98,7 @@ def test_on_a_motion_with_dry_friction_they_are_its_multipliers(rests: bool) -> 
     p = Parameters(0.1, 0.05, 1.06, 1.2, 0.4, 3.6, friction=0.6)
     if not rests:
         p = Parameters(0.1, 0.06, 1.34, 1.1, 0.5, 5.7, friction=0.05)
-    orbit = plain(damper.periodic_orbit)(p)
+    orbit = damper.periodic_orbit(p)
     kinds = set(orbit.events["kind"])
     assert (4 in kinds, 6 in kinds) == (rests, True)
     cube = damper.simulate(p, state=orbit.state, transient=0, periods=400, observers=["lyapunov"])
@@ -107,7 +106,6 @@ def test_on_a_motion_with_dry_friction_they_are_its_multipliers(rests: bool) -> 
 
 
 @pytest.mark.parametrize("rests", [False, True])
-@plain
 def test_so_they_are_of_several_masses_that_rub(rests: bool) -> None:
     """With two impacts of each and reversals; where both rest as well."""
     own = [{}, {"mass_ratio": 0.26, "clearance": 1.3, "friction": 0.23}]
@@ -122,7 +120,6 @@ def test_so_they_are_of_several_masses_that_rub(rests: bool) -> None:
     assert_those_of_multipliers(cube, orbit, 4 if rests else 6, 0.1)
 
 
-@plain
 def test_masses_in_step_that_rest_but_do_not_hit() -> None:
     """Friction keeps their places apart, and not their velocities."""
     p = Parameters(0.1, 0.1, 0.8, 9.0, 0.5, friction=1.5, masses=damper.equal_masses(2))
@@ -133,7 +130,6 @@ def test_masses_in_step_that_rest_but_do_not_hit() -> None:
     assert damper.periodic_orbit(p).multipliers[[0, 1, 4, 5]] == pytest.approx([1, 1, 0, 0])
 
 
-@plain
 def test_one_that_rests_beside_one_that_nothing_touches() -> None:
     """Both come to rest: what each takes is a part of all directions, not the whole of one."""
     own = [{}, {"clearance": 2.0, "friction": 0.2, "mass_ratio": 0.1}]
@@ -157,10 +153,9 @@ def test_volumes_shrink_by_the_dashpot_of_compliant_walls(tension: int) -> None:
         "contact_stiffness_ratio": 1e4,
         "contact_tension": tension,
     }
-    # To compile compliant walls takes longer.
-    cube = plain(damper.simulate)(**values, transient=0, periods=20, observers=["lyapunov"])
-    run = plain(start_run)(Parameters(**values))
-    log = plain(lambda: np.concatenate([piece.copy() for piece in run.segments(20.0, 0.0)]))()
+    cube = damper.simulate(**values, transient=0, periods=20, observers=["lyapunov"])
+    run = start_run(Parameters(**values))
+    log = np.concatenate([piece.copy() for piece in run.segments(20.0, 0.0)])
     touching = log[log[:, MODE] != FLIGHT, DURATION].sum() / 20.0
     assert touching > 0.0
     drag = 2.0 * contact_damping(0.5, bool(tension)) * math.sqrt(1e4 * 1.1 / 0.1)

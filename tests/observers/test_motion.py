@@ -3,12 +3,11 @@
 import numpy as np
 
 import damper
-from damper.engine.compiled import plain
 from damper.observers.motion import in_words
 from damper.parameters.forcing import Harmonics
 from damper.sweep.runs import run_points
 
-simulate = plain(damper.simulate)
+simulate = damper.simulate
 TWO_IMPACTS = {"mass_ratio": 0.1, "damping_ratio": 0.1, "frequency_ratio": 1.0, "restitution": 0.5}
 COUNTS = ("impacts_left", "impacts_right", "completions_left", "completions_right")
 
@@ -32,7 +31,7 @@ def test_no_side_under_a_force_without_a_mirror() -> None:
     words = {}
     for order in (2, 3):
         values = {"clearance": 5.0, "forcing": Harmonics((1, order), (1.0, 0.01)), **TWO_IMPACTS}
-        found, _ = plain(run_points)([values], ["motion"], transient=150, periods=40)
+        found, _ = run_points([values], ["motion"], transient=150, periods=40)
         words[order] = in_words({name: array[0] for name, array in found.items()})
     assert words[2] == "period 1, 1 impact on each wall"
     assert words[3] == words[2] + ", symmetric"
@@ -61,7 +60,7 @@ def test_the_doubled_motion_beside_a_stop() -> None:
     values = {**TWO_IMPACTS, "mass_ratio": 1e15, "damping_ratio": 0.0, "frequency_ratio": 2.8}
     values |= {"clearance": 9.95, "restitution": 0.8}
     guess = damper.State(-0.28, -0.57, -10.0, 0.0)
-    orbit = plain(damper.periodic_orbit)(damper.Parameters(**values), period=2, state=guess)
+    orbit = damper.periodic_orbit(damper.Parameters(**values), period=2, state=guess)
     observers = {"motion": {"longest": 4}}
     cube = simulate(**values, state=orbit.state, transient=0, periods=12, observers=observers)
     assert int(cube.motion_period) == int(cube.motion_impacts_left) == len(orbit.events) == 2

@@ -9,7 +9,6 @@ import xarray as xr
 from scipy import stats
 
 import damper
-from damper.engine.compiled import plain
 from damper.observers.common.limits import mean_within, student_t
 
 SCENE: dict[str, Any] = {
@@ -59,8 +58,6 @@ def test_means_are_those_of_response_and_of_samples(changes: dict[str, float]) -
 UNLIKE = [{"mass_ratio": 0.05, "clearance": 0.3}, {"gravity": 0.2, "restitution": 0.5}, {}]
 
 
-# Compiling four observers for several masses takes longer.
-@plain
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 def test_of_several_masses_sums_are_those_of_response_and_means_those_of_samples(
     friction: float,

@@ -12,10 +12,10 @@ import pytest
 import xarray as xr
 from cases import thinned
 from figures.drawing import drawn
-from forced_scenes import FORCES, MODELS, PAIRS, random_scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
+from scenes import FORCES, MODELS, scene_of
 from scenes import SI as SCENE_SI
 from studies import blame, load
 
@@ -102,7 +102,7 @@ def by_formula(name: str, si: SIParameters, **changed: Any) -> Any:
 
 
 #: Models and laws under each force; free motion has its lengths in half of the gap.
-SCENES = [(model, force) for model, force in PAIRS if force != "none"]
+SCENES = [(model, force) for model, force in itertools.product(MODELS, FORCES) if force != "none"]
 #: Of mass and stiffness of the primary, and of the force.
 DECADES = ((-6, 6), (-3, 9), (-6, 6))
 
@@ -110,7 +110,7 @@ DECADES = ((-6, 6), (-3, 9), (-6, 6))
 def random_damper(model: str, force: str, seed: int) -> SIParameters:
     """A damper of any size, from a watch to a tower, in a box that is inclined."""
     chance = random.Random(f"{model}, {force}, {seed}")
-    values, _ = random_scene(model, force, seed)
+    values, _ = scene_of(model, force, seed)
     p = Parameters(**values, gravity=chance.uniform(-2.0, 2.0))
     si = SIParameters.of(p, *(10 ** chance.uniform(*decades) for decades in DECADES))
     return dataclasses.replace(si, inclination=chance.uniform(1.0, 90.0))

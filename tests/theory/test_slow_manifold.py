@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import damper
-from damper.engine.compiled import plain
 from damper.theory.slow_manifold import SYMMETRIC_LIMIT, amplitude, branches, fold, slope, stable
 from damper.theory.steady import steady_amplitude
 from damper.theory.two_impacts import orbits
@@ -106,7 +105,6 @@ def test_out_of_range() -> None:
 
 
 @pytest.mark.parametrize("restitution", [0.3, 0.6])
-@plain
 def test_a_free_decay_follows_the_manifold(restitution: float) -> None:
     """Cycle by cycle, from the upper end to the fold, where the free mass falls out of step.
 
