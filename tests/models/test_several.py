@@ -12,14 +12,11 @@ from scenes import GENERIC, QUIET
 
 from damper import Parameters, SIParameters, State, equal_masses, events, periodic_orbit
 from damper.engine.model import read_segment
-from damper.engine.segment import CAUSE, COLUMNS, DURATION, IMPACT, V_BEFORE, V
+from damper.engine.segment import DURATION, V_BEFORE, V
 from damper.models import start_run
-from damper.models.several.bodies import BODY, GAP, MODE, RATE, SPEED
+from damper.models.several.bodies import MODE
 from damper.models.tangent import derivative
-from damper.observers.common.base import Window
-from damper.observers.common.laws import LAW_NAMES, excess
 from damper.observers.common.limits import mean_within
-from damper.observers.laws import Laws
 from damper.study.config import ConfigError, load_study
 from damper.theory.two_impacts import orbits
 from damper.verification.reference import exact_run
@@ -163,18 +160,6 @@ def test_an_elastic_mass_comes_to_rest_with_those_that_it_kicks() -> None:
     assert rests["time"][-1] == pytest.approx(c - (c - b) ** 2 / (c - 2 * b + a), abs=2e-12)
 
 
-def test_a_kick_that_is_none_keeps_the_law_of_restitution() -> None:
-    """Under a large weight one of 2e-10 is over within a hundredth of the accuracy."""
-    p = damper_of({"mass_ratio": 2.0}, {"mass_ratio": 0.01, "restitution": 0.05}, gravity=-2e5)
-    run = start_run(p, State(0.1, 0.0, [1.1, 1.0999], [0.0, 0.0]))
-    log = np.concatenate([piece.copy() for piece in run.segments(0.1)])
-    kicks = log[:, of_body(0, SPEED)]
-    assert 1e-10 < -np.min(kicks) < 1e-9
-    assert violated(run, log) == set()
-    kicks[kicks < 0.0] = 0.0
-    assert "restitution_law" in violated(run, log)
-
-
 def test_a_tail_is_cut_where_another_mass_hits() -> None:
     """The same sequence, with and without a second mass that arrives in its midst."""
     alone, both = damper_of({}), damper_of({}, {"mass_ratio": 1e-3})
@@ -227,7 +212,7 @@ def test_multipliers_of_masses_in_step_are_those_of_one() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])
-@pytest.mark.parametrize("friction", [0.0, 0.005, 0.05, 0.4])
+@pytest.mark.parametrize("friction", [0.0, 0.005, 0.05, 0.1])
 @pytest.mark.parametrize("gravity", [0.0, 0.05])
 def test_equal_masses_in_step_are_one(count: int, friction: float, gravity: float) -> None:
     """N of them that move as one behave as one of N times the mass, to rounding.
@@ -366,66 +351,3 @@ def test_studies_refuse_what_knows_one_mass(tmp_path: Path) -> None:
     for name in ("bursts", "stroboscopic_section"):
         words = f"observers.{name}\n    {name} observes free masses by their numbers"
         assert words in str(error.value)
-
-
-# --- the observer of the laws
-
-
-@pytest.fixture(scope="module")
-def logged() -> tuple[Any, np.ndarray]:
-    """Two masses that chatter and stick under weight: trajectory and log."""
-    p = Parameters(**QUIET, masses=[{}, {"clearance": 0.4, "gravity": 0.1, "restitution": 0.5}])
-    run = start_run(p, State(0.1, 0.2, [0.0, 0.1], [0.0, 0.3]))
-    return run, np.concatenate([piece.copy() for piece in run.segments(2.0)])
-
-
-def violated(run: Any, log: np.ndarray) -> set[str]:
-    observer = Laws()
-    observer.allocate(1, 2)
-    observer.begin(0, run, Window(0.0, 0.0, 2))
-    observer.observe(log[:7])
-    observer.observe(log[7:])
-    observer.finish(True)
-    found = observer.arrays
-    return {n for n in LAW_NAMES if excess(n, found[n], found["segments"])[0] > 1.0}
-
-
-def of_body(body: int, field: int) -> int:
-    return COLUMNS + 2 + BODY * body + field
-
-
-#: What is changed -> from which row of those that an impact of mass 1 begins, column, by how much.
-FAULTS = {
-    "momentum": (0, V, 1e-9),
-    "restitution_law": (0, of_body(1, RATE), 1e-9),
-    "penetration": (-1, DURATION, 1e-7),
-    "touch": (-1, DURATION, -1e-7),
-    "clock": (-1, DURATION, 1e-7),
-    "continuity": (0, of_body(0, GAP), 1e-9),
-    "energy_balance": (0, COLUMNS + 1, 1e-7),
-    "not_finite": (0, of_body(0, RATE), math.nan),
-}
-
-
-@pytest.mark.parametrize("law", FAULTS)
-def test_a_broken_law_is_found(logged: tuple[Any, np.ndarray], law: str) -> None:
-    run, log = logged
-    assert violated(run, log) == set()
-    after, column, change = FAULTS[law]
-    # One after a flight of both, while mass 0 flies.
-    hit = (log[:, CAUSE] == IMPACT) & (log[:, COLUMNS] == 1.0) & (log[:, of_body(1, MODE)] == 0.0)
-    flies = (log[:, of_body(0, MODE)] == 0.0) & (log[:, of_body(0, GAP)] > 0.01)
-    hit[1:] &= flies[:-1] & flies[1:] & (log[:-1, DURATION] > 0.0)
-    [row, *_] = np.flatnonzero(hit)
-    changed = log.copy()
-    changed[row + after, column] += change
-    assert law in violated(run, changed[: row + 1] if column != COLUMNS + 1 else changed)
-
-
-def test_a_tensile_force_of_one_mass_is_found(logged: tuple[Any, np.ndarray]) -> None:
-    run, log = logged
-    released = (log[:, CAUSE] == 2.0) & (log[:, of_body(0, RATE)] == 0.0)
-    row = next(k for k in np.flatnonzero(released) if log[k - 1, DURATION] > 0.01)
-    changed = log.copy()
-    changed[row - 1, DURATION] += 1e-6
-    assert "tensile_force" in violated(run, changed[:row])

@@ -82,18 +82,6 @@ def test_an_idle_damper_comes_to_rest(u: float) -> None:
     assert found["time"][-1] < 50.0
 
 
-def test_losses_against_samples() -> None:
-    """What friction takes, as an integral over samples."""
-    observers = {"response": {"friction_loss": True}, "trajectory": {"samples_per_period": 20000}}
-    given = QUIET | {"friction": 0.05, "restitution": 0.6}
-    found = simulate(**given, transient=1, periods=1, observers=observers)
-    kept = found.isel(instant=np.isfinite(found.trajectory_time.values))
-    apart = abs(kept.trajectory_free_velocity.values - kept.trajectory_velocity.values)
-    loss = 0.1 * 0.05 * np.trapezoid(apart, kept.trajectory_time.values)
-    assert float(found.friction_loss) == pytest.approx(loss, rel=1e-6)
-    assert {0.0, 2.0} <= set(kept.trajectory_mode.values)
-
-
 def test_the_laws_hold_in_the_frame_of_a_base() -> None:
     given = {"forcing": Base("base"), "force_amplitude": 5.0, "friction": 0.05, "clearance": 0.2}
     cube = simulate(

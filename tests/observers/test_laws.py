@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from new_process import in_new_process
+from scenes import QUIET
 
 from damper import Parameters, Record, State, simulate
 from damper.engine.segment import (
     CAUSE,
+    COLUMNS,
     DURATION,
     FLIGHT,
     GAP,
@@ -26,6 +27,10 @@ from damper.engine.segment import (
     X,
 )
 from damper.models import start_run
+from damper.models.several.bodies import BODY, RATE
+from damper.models.several.bodies import GAP as GAP_OF_BODY
+from damper.models.several.bodies import MODE as MODE_OF_BODY
+from damper.models.several.bodies import SPEED as SPEED_OF_BODY
 from damper.observers.common.base import Window
 from damper.observers.common.laws import LAW_NAMES, broken, excess
 from damper.observers.laws import Laws
@@ -55,36 +60,30 @@ def test_every_law_holds_on_a_reduced_grid():
         assert np.nanmax(found[name]) < 5e-14, name
 
 
-OTHERS = """
-import itertools, json
-import numpy as np
-from damper import simulate
-from damper.observers.common.laws import broken
-base = {"damping_ratio": [0.0, 10.0], "frequency_ratio": 0.5, "mass_ratio": [1e-6, 0.3],
-        "restitution": 0.5, "clearance": 0.1, "initial_relative_velocity": [0.0, 1.0]}
-models = (
-    {},
-    {"support_stiffness_ratio": 2.0, "support_damping_ratio": [0.0, 2e-4]},
-    {"modulation_depth": 0.5, "modulation_order": 2.0},
-    {"contact_stiffness_ratio": 1e4, "contact_tension": [0.0, 1.0]},
+OTHERS = {
+    "rigid": {},
+    "grounded": {"support_stiffness_ratio": 2.0, "support_damping_ratio": 2e-4},
+    "time_varying": {"modulation_depth": 0.5, "modulation_order": 2.0},
+    "compliant": {"contact_stiffness_ratio": 1e4, "contact_tension": [0.0, 1.0]},
     # Only at a release from a rigid wall is x'' zero.
-    {"clearance": 1e-3, "contact_stiffness_ratio": 1e3, "contact_tension": [0.0, 1.0]},
-)
-for model, transient in itertools.product(models, (0, 2)):
-    cube = simulate(**{**base, **model}, observers=["laws"], transient=transient, periods=1,
-                    max_events=100)
-    found = {name: variable.values.ravel() for name, variable in cube.data_vars.items()}
-    there = found["segments"] > 0
-    assert there.any() and np.isfinite(found["energy_balance"][there]).all()
-    assert not broken(found).any(), (model, transient)
-    assert np.isfinite(found["tensile_force"]).any()
-print(json.dumps(len(models)))
-"""
+    "soft": {"clearance": 1e-3, "contact_stiffness_ratio": 1e3, "contact_tension": [0.0, 1.0]},
+}
 
 
-def test_every_law_holds_for_every_model_at_any_time_in_plain_python():
+@pytest.mark.parametrize("name", OTHERS)
+@pytest.mark.parametrize("transient", [0, 2])
+def test_every_law_holds_for_every_model_at_any_time(name, transient):
     """A record that begins in a flight after an impact has lost nothing in that."""
-    assert in_new_process(OTHERS, DAMPER_COMPILE="0") == 5
+    given = {"damping_ratio": [0.0, 10.0], "mass_ratio": [1e-6, 0.3], "restitution": 0.5}
+    given |= {"frequency_ratio": 0.5, "clearance": 0.1, "initial_relative_velocity": [0.0, 1.0]}
+    ask = {"observers": ["laws"], "transient": transient, "periods": 1, "max_events": 100}
+    cube = simulate(**given | OTHERS[name], **ask)
+    found = {law: variable.values.ravel() for law, variable in cube.data_vars.items()}
+    there = found["segments"] > 0
+    assert there.any()
+    assert np.isfinite(found["energy_balance"][there]).all()
+    assert not broken(found).any()
+    assert np.isfinite(found["tensile_force"]).any()
 
 
 @pytest.fixture(scope="module")
@@ -115,10 +114,18 @@ def violated(trajectory, log):
     return {n for n in LAW_NAMES if excess(n, np.array([found[n]]), rows)[0] > 1.0}
 
 
-def test_an_untouched_log_violates_nothing(run):
-    trajectory, log = run
-    assert violated(trajectory, log) == set()
-    assert laws(trajectory, log)["segments"] == len(log)
+@pytest.fixture(scope="module")
+def two():
+    """Two masses that chatter and stick under weight."""
+    p = Parameters(**QUIET, masses=[{}, {"clearance": 0.4, "gravity": 0.1, "restitution": 0.5}])
+    trajectory = start_run(p, State(0.1, 0.2, [0.0, 0.1], [0.0, 0.3]))
+    return trajectory, np.concatenate([piece.copy() for piece in trajectory.segments(2.0)])
+
+
+def test_an_untouched_log_violates_nothing(run, two):
+    for trajectory, log in (run, two):
+        assert violated(trajectory, log) == set()
+        assert laws(trajectory, log)["segments"] == len(log)
 
 
 def changed(log, row, column, change):
@@ -141,13 +148,49 @@ def impact_row(log):
     return first(log, hits)
 
 
-def test_a_wall_passed_is_found(run):
-    trajectory, log = run
-    row = impact_row(log) - 1
-    # The flight goes on for 1e-9 after the impact was due.
-    assert {"penetration", "touch", "clock"} <= violated(
-        trajectory, changed(log, row, DURATION, 1e-9)
-    )
+def of_body(body, field):
+    return COLUMNS + 2 + BODY * body + field
+
+
+def impact_row_of_two(log):
+    """A row after an impact of mass 1 and a flight of both, while mass 0 flies."""
+    hit = (log[:, CAUSE] == IMPACT) & (log[:, COLUMNS] == 1.0)
+    hit &= log[:, of_body(1, MODE_OF_BODY)] == FLIGHT
+    flies = (log[:, of_body(0, MODE_OF_BODY)] == FLIGHT) & (log[:, of_body(0, GAP_OF_BODY)] > 0.01)
+    hit[1:] &= flies[:-1] & flies[1:] & (log[:-1, DURATION] > 0.0)
+    return first(log, hit)
+
+
+#: How many masses; what is changed: in the row of an impact or the one before, which column, by how
+#: much; laws that it breaks, and laws that it does not.
+FAULTS = [
+    (1, -1, DURATION, 1e-9, "penetration touch clock", ""),
+    (1, -1, DURATION, -1e-9, "touch", "penetration"),
+    (1, 0, V, 1e-9, "momentum", "restitution_law touch continuity"),
+    (1, 0, V, -1e-11, "momentum", "restitution_law touch continuity"),
+    # An approach speed only tells how much an impact takes.
+    (1, 0, SPEED, 1e-8, "energy_balance", "momentum restitution_law touch continuity clock"),
+    (1, 0, X, math.nan, "not_finite", ""),
+    (1, 0, GAP_RATE, math.inf, "not_finite", ""),
+    (2, -1, DURATION, 1e-7, "penetration clock", ""),
+    (2, -1, DURATION, -1e-7, "touch", ""),
+    (2, 0, V, 1e-9, "momentum", ""),
+    (2, 0, of_body(1, RATE), 1e-9, "restitution_law", ""),
+    (2, 0, of_body(0, GAP_OF_BODY), 1e-9, "continuity", ""),
+    (2, 0, COLUMNS + 1, 1e-7, "energy_balance", ""),
+    (2, 0, of_body(0, RATE), math.nan, "not_finite", ""),
+]
+
+
+@pytest.mark.parametrize(("masses", "before", "column", "change", "broken", "kept"), FAULTS)
+def test_a_broken_law_is_found(run, two, masses, before, column, change, broken, kept):
+    trajectory, log = (run, two)[masses - 1]
+    row = (impact_row, impact_row_of_two)[masses - 1](log)
+    new = changed(log, row + before, column, change)
+    # Without what comes after, which does not follow from it.
+    found = violated(trajectory, new if broken == "energy_balance" else new[: row + 1])
+    assert set(broken.split()) <= found
+    assert not found & set(kept.split())
 
 
 @pytest.mark.parametrize(("side", "deep"), [(1.0, 1e-9), (-1.0, 1e-3)])
@@ -168,23 +211,6 @@ def test_a_wall_passed_and_left_again_is_found(run, side, deep):
     assert "penetration" not in violated(trajectory, slow)
 
 
-def test_an_impact_too_early_is_found(run):
-    trajectory, log = run
-    found = violated(trajectory, changed(log, impact_row(log) - 1, DURATION, -1e-9))
-    assert "touch" in found
-    assert "penetration" not in found
-
-
-@pytest.mark.parametrize("size", [1e-9, -1e-11])
-def test_lost_momentum_is_found(run, size):
-    trajectory, log = run
-    row = impact_row(log)
-    # Without what comes after, which does not follow from it.
-    found = violated(trajectory, changed(log, row, V, size)[: row + 1])
-    assert "momentum" in found
-    assert not {"restitution_law", "touch", "continuity"} & found
-
-
 def test_another_restitution_is_found(run):
     trajectory, log = run
     row = impact_row(log)
@@ -193,12 +219,6 @@ def test_another_restitution_is_found(run):
     mass_ratio, side = trajectory.model.mass_ratio, log[row, SIDE]
     new[row, V] += side * mass_ratio / (1.0 + mass_ratio) * 1e-10
     assert violated(trajectory, new[: row + 1]) == {"restitution_law"}
-
-
-def test_lost_energy_is_found(run):
-    trajectory, log = run
-    # An approach speed only tells how much an impact takes.
-    assert violated(trajectory, changed(log, impact_row(log), SPEED, 1e-8)) == {"energy_balance"}
 
 
 def test_a_motion_that_does_not_join_is_found(run):
@@ -231,10 +251,15 @@ def test_a_jump_of_the_force_is_no_tensile_force(model):
     assert violated(trajectory, log) == set()
 
 
-def test_a_tensile_contact_force_is_found(run):
+def test_a_tensile_contact_force_is_found(run, two):
     trajectory, log = run
     row = first(log, (log[:, MODE] == STICKING) & (np.roll(log[:, CAUSE], -1) == RELEASE))
     assert "tensile_force" in violated(trajectory, changed(log, row, DURATION, 1e-6))
+    trajectory, log = two
+    released = (log[:, CAUSE] == RELEASE) & (log[:, of_body(0, RATE)] == 0.0)
+    released[1:] &= log[:-1, DURATION] > 0.01
+    row = first(log, released) - 1
+    assert "tensile_force" in violated(trajectory, changed(log, row, DURATION, 1e-6)[: row + 1])
 
 
 def test_time_that_goes_back_is_found(run):
@@ -242,14 +267,6 @@ def test_time_that_goes_back_is_found(run):
     row = first(log, (log[:, TIME] > 1.0) & (log[:, CAUSE] != NOTHING))
     back = changed(log, row, TIME, -(log[row, TIME] - log[row - 1, TIME]) - 1e-9)
     assert "clock" in violated(trajectory, back)
-
-
-@pytest.mark.parametrize(("column", "value"), [(X, math.nan), (GAP_RATE, math.inf)])
-def test_what_is_not_finite_is_found(run, column, value):
-    trajectory, log = run
-    row = impact_row(log)
-    found = violated(trajectory, changed(log, row, column, value))
-    assert "not_finite" in found
 
 
 def test_pieces_of_a_log_join_whatever_the_size_of_their_terms():
@@ -265,3 +282,17 @@ def test_pieces_of_a_log_join_whatever_the_size_of_their_terms():
     observer.finish(True)
     assert observer.arrays["segments"][0] == len(log)
     assert observer.arrays["continuity"][0] < 1e-15
+
+
+def test_a_kick_that_is_none_keeps_the_law_of_restitution():
+    """Under a large weight one of 2e-10 is over within a hundredth of the accuracy."""
+    masses = [{"mass_ratio": 2.0}, {"mass_ratio": 0.01, "restitution": 0.05}]
+    values = {"restitution": 0.5, "force_amplitude": 0.0, "gravity": -2e5, "masses": masses}
+    p = Parameters(0.1, 0.0, 1.0, 1.0, **values)
+    trajectory = start_run(p, State(0.1, 0.0, [1.1, 1.0999], [0.0, 0.0]))
+    log = np.concatenate([piece.copy() for piece in trajectory.segments(0.1)])
+    kicks = log[:, of_body(0, SPEED_OF_BODY)]
+    assert 1e-10 < -np.min(kicks) < 1e-9
+    assert violated(trajectory, log) == set()
+    kicks[kicks < 0.0] = 0.0
+    assert "restitution_law" in violated(trajectory, log)
