@@ -14,7 +14,7 @@ from damper.analysis.closed_forms import reduced_gap
 from damper.engine.compiled import plain
 from damper.models import start_run
 from damper.parameters import Parameters, SIParameters, State
-from damper.parameters.forcing import Harmonics
+from damper.parameters.forcing import Base, Harmonics
 from damper.parameters.named import value_of
 from damper.sweep.orbits.branch import Branch, SpecialPoint
 from damper.sweep.orbits.point_curve import PointCurve
@@ -543,6 +543,34 @@ def test_an_idle_mass_is_left_out_of_the_equation(more: dict[str, float]) -> Non
         p = each.parameters
         assert each.peak == pytest.approx(steady_amplitude(p), rel=1e-12)
         assert each.state.u == 0.0
+
+
+@plain
+@pytest.mark.parametrize(
+    ("more", "other"),
+    [
+        ({"forcing": Base(frame="base")}, None),
+        ({"friction": 5.0}, None),
+        ({"friction": 0.1}, None),
+        ({"friction": 0.5, "forcing": Base(frame="base")}, None),
+        ({"friction": 0.1}, {"friction": 0.2}),
+    ],
+    ids=["frame of a base", "rests", "slides", "slides, frame of a base", "two that slide"],
+)
+def test_an_idle_mass_that_moves(more: dict[str, Any], other: dict[str, float] | None) -> None:
+    """Its place is no unknown, whatever moves it; runs from rest tend to the same motions."""
+    p = replace(IDLE, clearance=20.0, **more, **({"masses": [{}, other]} if other else {}))
+    state = State(0.0, 0.0, (0.0, 0.5), (0.0, 0.0)) if other else None
+    orbit = periodic_orbit(p, state=state, settle=50)
+    masses = (0, 1) if other else (0,)
+    assert (orbit.idle, orbit.stable) == (masses, False)
+    branch = continue_orbit(orbit, "frequency_ratio", 1.3, 1.36, step=0.2)
+    assert branch.values[[0, -1]].tolist() == [1.3, 1.36]
+    assert (branch.idle, branch.special_points) == (masses, ())
+    for each in branch.orbits[:: len(branch.orbits) - 1]:
+        assert each.change < 1e-11
+        settled = periodic_orbit(each.parameters, state=state, settle=50)
+        assert each.peak == pytest.approx(settled.peak, rel=1e-10)
 
 
 @plain

@@ -13,7 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from damper.engine.bodies import body_at
+from damper.engine.forcing import phase_at
 from damper.engine.model import log_of_mass
+from damper.engine.oscillator import oscillator
 from damper.engine.segment import (
     CAUSE,
     COLUMNS,
@@ -25,6 +28,7 @@ from damper.engine.segment import (
     SIDE,
     SPEED,
 )
+from damper.models.forces import drive_of
 from damper.models.sensitivity import model_along, neighbours
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.named import rates_of, value_of, with_values
@@ -60,19 +64,20 @@ class OrbitEquation:
     moments: np.ndarray
     """In forcing periods."""
     idle: tuple[int, ...] = ()
-    """Free masses whose places are given: with them as unknowns no solution is the only one."""
+    """Free masses whose places are no unknowns: with them no solution is the only one."""
 
     @cached_property
     def leaders(self) -> np.ndarray:
-        """As `damper.sweep.orbits.arcs.leaders`, and -1 for components of idle masses."""
+        """As `damper.sweep.orbits.arcs.leaders`, and -1 for what is `given`."""
         found = leaders(self.base.dimensionless, self.state)
         found[self.given] = -1
         return found
 
     @property
     def given(self) -> list[int]:
-        """Components of idle masses."""
-        return [2 + 2 * k + n for k in self.idle for n in range(2)]
+        """Places of idle masses, and their velocities without friction."""
+        each = self.base.dimensionless.each
+        return [2 + 2 * k + n for k in self.idle for n in range(1 if each[k].friction else 2)]
 
     @cached_property
     def moving(self) -> np.ndarray:
@@ -105,21 +110,37 @@ class OrbitEquation:
             p = with_values(self.base, dict(zip(self.names, values, strict=True)))
             moved = {name for along in self.names for name in rates_of(p, along)}
             model = model_along(p.dimensionless, moved)
-            arcs = [
-                run_arc(p.dimensionless, start, moments[k], moments[k + 1], model)
-                for k, start in enumerate(starts)
-            ]
+            starts[0] = self.without_drift(p.dimensionless, starts[0])
+            arcs: list[Arc] = []
+            for k, start in enumerate(starts):
+                if arcs:
+                    start[self.given] = arcs[-1].end[self.given]
+                arcs.append(run_arc(p.dimensionless, start, moments[k], moments[k + 1], model))
             found = PeriodMap(self, p, arcs)
             # Asked here: a place without a derivative is no point of a branch.
             found.jacobian  # noqa: B018
-            if self.idle and max(abs(each.end - each.start)[self.given].max() for each in arcs) > (
-                TOLERANCE * self.size
-            ):
-                return None  # something acts on an idle mass
+            if found.hits_idle:
+                return None
         except ValueError:
             # Outside the box or a parameter's range, or too many events.
             return None
         return found
+
+    def without_drift(self, parameters: Parameters, start: np.ndarray) -> np.ndarray:
+        """A start from which idle masses without friction come back after a cycle.
+
+        In the frame of a base that moves, inertia drives them to and fro.
+        """
+        rates = [component for component in self.given if component % 2]
+        drive, cycle = drive_of(parameters), parameters.cycle
+        strength = drive.share * drive.amplitude
+        if not rates or not strength:
+            return start
+        body = oscillator(0.0, 0.0, strength, drive.forcing)
+        phase = phase_at(drive.forcing, 0.0, float(self.moments[0]) * cycle)
+        start = start.copy()
+        start[rates] = -body_at(body, 0.0, 0.0, phase, cycle)[0] / cycle
+        return start
 
     def correct(self, guess: np.ndarray, normal: np.ndarray) -> "OrbitPoint | None":
         """Newton's method at right angles to a direction; None where it does not converge."""
@@ -144,7 +165,8 @@ class OrbitEquation:
             else:
                 # Nothing is nearer: as near as roundoff allows, or nowhere.
                 break
-        return OrbitPoint(self, at, found) if abs(found.residual).max() <= TOLERANCE else None
+        kept = abs(found.residual).max() <= TOLERANCE and found.drift <= TOLERANCE
+        return OrbitPoint(self, at, found) if kept else None
 
 
 @dataclass(frozen=True)
@@ -163,6 +185,20 @@ class PeriodMap:
         return (
             (ends - np.roll(starts, -1, 0))[:, self.equation.moving] / self.equation.size
         ).ravel()
+
+    @property
+    def hits_idle(self) -> bool:
+        """Whether an idle mass meets a wall."""
+        hits = self.events[self.events[:, CAUSE] == IMPACT]
+        of_each = hits[:, COLUMNS] if hits.shape[1] > COLUMNS else np.zeros(len(hits))
+        return bool(np.isin(of_each, self.equation.idle).any())
+
+    @property
+    def drift(self) -> float:
+        """Largest change of idle masses over the period, as a residual."""
+        equation = self.equation
+        change = (self.arcs[-1].end - self.arcs[0].start)[equation.given] / equation.size
+        return float(max(abs(change), default=0.0))
 
     @cached_property
     def jacobian(self) -> np.ndarray:
@@ -416,7 +452,8 @@ class OrbitPoint:
         """The point with other moments, not corrected, and a small step in terms of these."""
         if not len(moments):
             return None
-        there = replace(self.equation, moments=moments, state=self.found.arcs[0].start)
+        state = self.found.state(float(moments[0]))
+        there = replace(self.equation, moments=moments, state=state)
         ends = []
         for at in (self.at, self.at + toward):
             found = self.equation.over(at)

@@ -10,7 +10,6 @@ import numpy as np
 from damper.engine.loop import FINISHED
 from damper.engine.terminal import saying
 from damper.models import check_state, start_run
-from damper.models.forces import drive_of
 from damper.models.sensitivity import Stencil, model_along, neighbours
 from damper.models.tangent import OF_PARTED, parted_in
 from damper.parameters import Parameters, SIParameters, State
@@ -196,24 +195,25 @@ class PeriodicOrbit:
 
     @cached_property
     def idle(self) -> tuple[int, ...]:
-        """Numbers of the idle free masses, from 0: they meet no wall, and nothing acts on them.
+        """Numbers of the idle free masses, from 0: they meet no wall.
 
-        Each may be anywhere between its walls, so two multipliers are 1, and the motion is not
-        `stable`. `continue_orbit` leaves idle masses out of its equation: their places are given.
+        Each may be anywhere between its walls, so a multiplier is 1, or two without friction, and
+        the motion is not `stable`. `continue_orbit` leaves the place out of its equation.
         """
         p, moves = self.parameters.dimensionless, leaders(self.parameters.dimensionless, self.start)
-        if drive_of(p).share or (moves < 0).any():
+        if (moves < 0).any():
             return ()
         own = np.unique(moves)
         matrix = (self.scaled.derivative @ (moves[:, None] == own))[own]
 
         def is_idle(k: int) -> bool:
             y, u = np.searchsorted(own, moves[2 + 2 * k : 4 + 2 * k])
-            alone = matrix.copy()
+            alone, free = matrix.copy(), np.eye(len(own))
+            if p.each[k].friction:
+                return bool((alone[:, y] == free[y]).all())
             alone[y, u] = 0.0  # the time of a free flight
             rows, columns = alone[[y, u]], alone[:, [y, u]].T
-            free = np.eye(len(own))[[y, u]]
-            return bool((rows == free).all() and (columns == free).all())
+            return bool((rows == free[[y, u]]).all() and (columns == free[[y, u]]).all())
 
         return tuple(k for k in range(len(p.each)) if is_idle(k))
 
