@@ -45,7 +45,7 @@ SWAPPED = {
     ast.Eq: "!=",
     ast.NotEq: "==",
     ast.And: "or",
-    ast.OrWord: "and",
+    ast.Or: "and",
 }
 
 

@@ -171,8 +171,9 @@ def rows_of(p: Parameters, until: float, state: State | None = None) -> np.ndarr
 
 def changes(p: Parameters, until: float, state: State | None = None) -> list[Row]:
     """Starts and ends of a compliant contact's force."""
-    found, before = [], FLIGHT
-    for row in rows_of(p, until, state):
+    log = rows_of(p, until, state)
+    found, before = [], log[0, MODE]
+    for row in log:
         kind = None
         if row[CAUSE] == IMPACT:
             kind = "impact"

@@ -28,6 +28,7 @@ from damper.engine.forcing.harmonic import harmonic
 from damper.engine.forcing.harmonics import harmonics
 from damper.engine.forcing.none import ZeroForce
 from damper.engine.forcing.record import record
+from damper.engine.forcing.weighed import WeighedForce
 from damper.engine.oscillator import arrive, displaced, increments, motion_from, oscillator
 
 CYCLE = 7.0
@@ -41,6 +42,7 @@ FORCES: dict[str, Any] = {
     "two": harmonics(OMEGA, 0.4, np.array([1.0, 0.3]), np.array([0.0, -0.2])),
     "odd": harmonics(OMEGA, -2.0, np.array([0.8, 0.0, 0.4]), np.zeros(3)),
     "tenth": harmonics(OMEGA, 0.0, np.eye(10)[9], np.zeros(10)),
+    "weighed": WeighedForce(harmonic(OMEGA, 0.4), 0.6, -0.3),
     "before": RECORD,
     "record": RECORD,
     "after": RECORD,
@@ -70,6 +72,11 @@ def parts(name: str) -> list[tuple[mpf, mpf, mpf, mpf]]:
             a, b = mpf(float(a)), mpf(float(b))
             found.append((a * sin + b * cos, a * cos - b * sin, rate, -rate))
         return found
+    if name == "weighed":
+        angle = mpf(OMEGA) * time + mpf(0.4)
+        share = mpf(force.share)
+        pair = (share * mp.sin(angle), share * mp.cos(angle), mpf(OMEGA), -mpf(OMEGA))
+        return [pair, (mpf(force.weight), mpf(0), mpf(0), mpf(0))]
     value = {"before": mpf(0), "after": mpf(0), "record": mpf(-0.5) + (time - 1.25) / 4}[name]
     return [(value, mpf(0.25 if name == "record" else 0.0), mpf(1), mpf(0))]
 
@@ -94,7 +101,7 @@ def exact(name: str, osc: Any, x: float, v: float, tau: float) -> tuple[mpf, mpf
 def test_flow(name: str, damping: float, stiffness: float) -> None:
     force, time = FORCES[name], TIMES.get(name, 3.1)
     cycles, rest = divmod(time, CYCLE)
-    x, v, strength = 0.7, -0.4, 1.3
+    x, v, strength = 0.7, -0.4, 1.0 if name == "weighed" else 1.3
     osc = oscillator(damping, stiffness, strength, force)
     start = motion_from(osc, x, v, phase_at(force, cycles, rest))
     for tau in (1e-7, 1e-3, 0.1, 0.4, 2.0, 11.0):

@@ -167,6 +167,12 @@ SCENES: dict[str, tuple[dict[str, float], tuple[float, ...], float | int, float]
     "soft walls, elastic": (compliant(0.3, 0.02, 0.9, 0.4, 0.8, 30.0), REST, 11.4, 1e-12),
     # Contacts that begin again before the gap has reopened.
     "renewed contacts": (compliant(1.15, 0.1, 0.42, 0.328, 0.2, 71.1), REST, 8.0, 1e-12),
+    "pressed into the left wall": (
+        compliant(*CHATTER, 100.0) | {"restitution_left": 0.3}, (0.0, 0.0, -0.3, 0.0), 8.0, 1e-12
+    ),
+    "pressed into the right wall": (
+        compliant(*CHATTER, 100.0) | {"restitution_left": 0.3}, (0.0, 0.0, 0.3, 0.0), 8.0, 1e-12
+    ),
     "varying": (varying(*CALM, depth=0.4), REST, 40, 2e-13),
     "varying, subharmonic": (varying(*CALM, depth=0.4, order=3, phase=1.0), REST, 40, 2e-13),
     "varying, deep": (varying(2.0, 0.05, 0.2, 0.25, 0.3, depth=0.99, phase=-2.0), REST, 40, 2e-13),

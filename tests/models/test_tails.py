@@ -3,11 +3,12 @@
 import random
 from typing import Any
 
+import numpy as np
 import pytest
 from tails import completed, largest_rate, tail
 
-from damper import Parameters
-from damper.models import model_of
+from damper import Parameters, State, events
+from damper.models import model_of, start_run
 from damper.parameters.dampers import BASIC
 
 
@@ -83,3 +84,43 @@ def test_the_estimate_bounds_the_error(name: str) -> None:
     assert max(ratios) <= 1.0
     # Not a bound that no tail would ever pass.
     assert max(ratios) > 1e-4
+
+
+#: Name -> what makes it; each chatters on the right wall.
+INSIDE: dict[str, dict[str, Any]] = {
+    "rigid": {},
+    "grounded": {"support_stiffness_ratio": 0.05, "support_damping_ratio": 0.01},
+    "time_varying": {"modulation_depth": 0.3},
+    "sliding": {"friction": 0.3},
+    "several": {"masses": [{}]},
+    "several, sliding": {"friction": 0.3, "masses": [{}]},
+}
+
+
+@pytest.mark.parametrize("name", INSIDE)
+def test_inside_a_tail_it_bounces(name: str) -> None:
+    """As the same burst does that is resolved to 1e-15, on the wall that a large x presses."""
+    given = {"force_amplitude": 0.1} | INSIDE[name]
+    p = Parameters(0.1, 0.05, 0.8, 0.5, 0.6, **given)
+    one = "masses" not in given
+    w = 0.02
+    state = State(1.0, 0.0, 1.5 if one else [1.5], w if one else [w])
+    coarse, fine = (events(p, state, until=0.5, accuracy=a) for a in (1e-3, 1e-15))
+    end = float(coarse["time"][coarse["kind"] == 1][0])
+    last = coarse[coarse["kind"] == 0][-1]
+    start, speed = float(last["time"]), 0.6 * float(last["approach_speed"])
+    length = end - start
+    heights = []
+    for part in (0.05, 0.2, 0.35, 0.5, 0.7, 0.9):
+        ends = []
+        for accuracy in (1e-3, 1e-15):
+            run = start_run(p, state, accuracy)
+            at = run.whole_periods(start + part * length)
+            run.skip(*at)
+            found = run.state_at(*at)
+            y, u = (found.y, found.u) if one else (found.y[0], found.u[0])
+            ends.append([found.x, found.v, y - found.x, u - found.v])
+        off = np.abs(np.subtract(*ends)) / (speed * np.array([length, 1.0, length, 1.0]))
+        assert off.max() < 0.02, (part, off)
+        heights.append((0.5 - ends[1][2]) / (speed * length))
+    assert max(heights) > 0.05
