@@ -182,7 +182,7 @@ def test_periodic_chatter_spreads_no_more_after_very_many_periods() -> None:
     """Two complete sequences per period (model section 7), truly periodic."""
     run = start_run(scene("complete")[0], max_events=10**9)
     early = ends(run, 1000, 0.0, 50)
-    late = ends(run, LONG // 10, 0.0, 50)
+    late = ends(run, LONG // 10 + 100, 0.0, 50)
     for found in (early, late):
         assert np.ptp(found, axis=0).max() < 2e-14
     assert np.abs(late - early).max() < 2e-14
@@ -203,7 +203,7 @@ def test_long_chatter_stays_in_its_box() -> None:
     assert rows[:, GAP].min() >= 0.0
     assert rows[:, GAP].max() <= 2 * p.clearance
     assert np.abs(rows[:, X]).max() < 3.0
-    assert (rows[:, CAUSE] == STICK).sum() > (900 if COMPILED else 30)
+    assert (rows[:, CAUSE] == STICK).sum() > (900 if COMPILED else 25)
 
 
 SLOW = Parameters(0.1, 0.05, 0.8, 6.0, 0.6)

@@ -170,8 +170,12 @@ SCENES: dict[str, tuple[dict[str, float], tuple[float, ...], float | int, float]
     "pressed into the left wall": (
         compliant(*CHATTER, 100.0) | {"restitution_left": 0.3}, (0.0, 0.0, -0.3, 0.0), 8.0, 1e-12
     ),
-    "pressed into the right wall": (
-        compliant(*CHATTER, 100.0) | {"restitution_left": 0.3}, (0.0, 0.0, 0.3, 0.0), 8.0, 1e-12
+    # It leaves so fast that the dashpot of the left wall pulls at once, and that of the other not.
+    "let go by the left wall": (
+        compliant(*CHATTER, 100.0) | {"restitution_left": 0.3}, (0.0, 0.0, -0.26, 0.6), 8.0, 1e-12
+    ),
+    "kept by the right wall": (
+        compliant(*CHATTER, 100.0) | {"restitution_left": 0.3}, (0.0, 0.0, 0.26, -0.6), 8.0, 1e-12
     ),
     "varying": (varying(*CALM, depth=0.4), REST, 40, 2e-13),
     "varying, subharmonic": (varying(*CALM, depth=0.4, order=3, phase=1.0), REST, 40, 2e-13),
