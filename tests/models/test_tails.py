@@ -105,7 +105,7 @@ def test_inside_a_tail_it_bounces(name: str) -> None:
     one = "masses" not in given
     w = 0.02
     state = State(1.0, 0.0, 1.5 if one else [1.5], w if one else [w])
-    coarse, fine = (events(p, state, until=0.5, accuracy=a) for a in (1e-3, 1e-15))
+    coarse = events(p, state, until=0.5, accuracy=1e-3)
     end = float(coarse["time"][coarse["kind"] == 1][0])
     last = coarse[coarse["kind"] == 0][-1]
     start, speed = float(last["time"]), 0.6 * float(last["approach_speed"])
