@@ -230,3 +230,29 @@ def test_each_restitution_has_its_best_damper() -> None:
     assert shown[0] == ("dampers tried", 0, 4)
     doing, done, total = shown[-1]
     assert (doing, done) == ("cases of the best damper", total)
+
+
+def test_the_report_does_not_fall_back_when_another_damper_comes_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """One damper is better up to its 20th case, the other has run four cases then."""
+    search, shown = Search(WorstCase(machine_of(FRAME))), []
+    first, second = Sizes(5.0, 0.0036, 0.7), Sizes(5.0, 0.003717, 0.7)
+    runs = {first.gap: 0, second.gap: 0}
+
+    def measured(judge: WorstCase, chains: list[Chain]) -> np.ndarray:
+        values = []
+        for chain in chains:
+            gap = chain[0]["gap"]
+            runs[gap] += 1
+            value = 1.0 if gap == second.gap else 0.5 if runs[gap] < 20 else 2.0
+            values += [value] * len(chain)
+        return np.array(values)
+
+    monkeypatch.setattr("damper.sizing.search.measure", measured)
+    monkeypatch.setattr("damper.sizing.search._AT_ONCE", 1)
+    search.show = lambda done, total: shown.append((search.doing, done, total))
+    assert search.best_of([first, second]) == second
+    cases = [done for doing, done, _ in shown if doing == "cases of the best damper"]
+    assert cases[0] >= 4
+    assert cases == sorted(cases)

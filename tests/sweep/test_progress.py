@@ -139,3 +139,20 @@ def test_what_takes_long_is_said_and_the_line_goes(monkeypatch: pytest.MonkeyPat
     with terminal.saying("silent"):
         time.sleep(0.05)
     assert quiet.getvalue() == ""
+
+
+def test_each_step_has_a_rate_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two a second of the first step are none of the second, which begins with its own number."""
+    clock(monkeypatch, 0.5)
+    monkeypatch.setattr(sys, "stderr", watched := Terminal())
+    monkeypatch.setenv("COLUMNS", "200")
+    steps = iter(["tried"] * 5 + ["cases"] * 2)
+    with progress.progress_bar(lambda: next(steps), "") as show:
+        assert show is not None
+        for done in range(1, 6):
+            show(done, 5)
+        show(20, 100)
+        show(21, 100)
+    lines = [line.strip() for line in watched.getvalue().split("\r")[1:]]
+    assert lines[-4].endswith("cases: 20 of 100")
+    assert lines[-3].endswith("cases: 21 of 100, 2 a second, 40 s left")

@@ -75,6 +75,7 @@ class Search:
         self.hardest: dict[Sizes, Case] = {}
         """Sizes -> the case that was the worst, up to there."""
         self._left: dict[Sizes, list[int]] = {}
+        self._done = 0
         # Of each case the sum of its values over the bounds of their dampers, and their number.
         self._hard = np.zeros((2, len(judge.cases)))
 
@@ -95,6 +96,9 @@ class Search:
     def checked(self, found: Sizes) -> Sizes:
         """Try the best damper by fresh random starts; the best one of all once they raise it."""
         for seed in range(_ROUNDS):
+            if self.show:
+                self.doing = "rounds of fresh starts, at most"
+                self.show(seed, _ROUNDS)
             if not self._rises(found, seed):
                 break
             found = self.best_of(list(self.bounds))
@@ -118,8 +122,9 @@ class Search:
         for damper in dampers:
             self._left.setdefault(damper, list(range(self._hard.shape[1])))
             self.bounds.setdefault(damper, 0.0)
+        self._done = 0
         while True:
-            self._tell(dampers)
+            self._report(dampers)
             ordered = sorted(dampers, key=self.bounds.__getitem__)
             first = ordered[0]
             if self._left[first]:
@@ -139,8 +144,8 @@ class Search:
             for one in self.judge.machine.restitutions
         ]
 
-    def _tell(self, dampers: Sequence[Sizes]) -> None:
-        """Say how many of these are tried; then how many cases of the most promising are run."""
+    def _report(self, dampers: Sequence[Sizes]) -> None:
+        """Report how many of these are tried; then the most cases that a promising one has run."""
         if self.show is None:
             return
         done, total = sum(self.bounds[one] > 0.0 for one in dampers), len(dampers)
@@ -148,7 +153,9 @@ class Search:
         if done == total:
             self.doing = "cases of the best damper"
             total = self._hard.shape[1]
-            done = total - len(self._left[min(dampers, key=self.bounds.__getitem__)])
+            first = min(dampers, key=self.bounds.__getitem__)
+            # Another damper may come first, with fewer cases: the report does not fall back.
+            self._done = done = max(self._done, total - len(self._left[first]))
         self.show(done, total)
 
     def worst(self, damper: Sizes) -> float:

@@ -52,15 +52,18 @@ def progress_bar(
         yield None
         return
     next_time, pace = monotonic() + 1.0, _Pace(unit)
+    step: tuple[str, int] | None = None
 
     def show(done: int, total: int) -> None:
-        nonlocal next_time
+        nonlocal next_time, pace, step
         now = monotonic()
+        words = what() if callable(what) else what
+        if (words, total) != step:  # the next one has a rate of its own
+            step, pace = (words, total), _Pace(unit)
         pace.note(done, now)
         if now < next_time:
             return
         next_time = now + 0.1
-        words = what() if callable(what) else what
         cells = _FEW_CELLS if words else _CELLS
         full = cells * done // total
         bar = f"[{'#' * full}{' ' * (cells - full)}]"
