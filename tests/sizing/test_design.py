@@ -1,6 +1,7 @@
 """An answer: its numbers are those of its studies, its page shows them, what is bad comes first."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from damper.sizing import study
 from damper.sizing.answer import Design, _answer, _changes, _orbit, _warnings, _without
 from damper.sizing.answer import cube_of as cube_of_study
 from damper.sizing.machine import machine_of, read_machine
+from damper.sizing.page import response
 from damper.sizing.search import Search
 from damper.sizing.study import Sizes, WorstCase
 from damper.study.config import load_study
@@ -75,6 +77,17 @@ def test_its_numbers_are_those_of_its_studies(found: Design, folder: Path) -> No
     table = pd.read_csv(folder / "numbers.csv").set_index("name")
     assert table.value["worst"] == found.worst
     assert table.unit["impact_rate"] == "1/s"
+
+
+def test_tolerances_are_spoken_of_where_there_are_some(found: Design) -> None:
+    exact = replace(found, machine=machine_of(MACHINE | {"gap_tolerance": 0.0}))
+    legends = [
+        {text.get_text() for text in response(one).axes[0].get_legend().get_texts()}
+        for one in (found, exact)
+    ]
+    assert legends[0] - legends[1] == {"all tolerances, too"}
+    cards = [" ".join(words for _, words, _ in one.lines) for one in (found, exact)]
+    assert ["tolerances" in card for card in cards] == [True, False]
 
 
 def test_without_damper_it_is_the_response_of_the_machine_alone(found: Design) -> None:

@@ -107,7 +107,9 @@ class Design:
         units, made = self.units, []
         for one in fields(self):
             value = getattr(self, one.name)
-            if one.name in units and not math.isnan(value):
+            # Without tolerances the damper as built is the worst case.
+            repeats = one.name == "as_built" and not self.machine.has_tolerances
+            if one.name in units and not math.isnan(value) and not repeats:
                 text = text_of(value, units[one.name], self.digits(one.name))
                 words = one.metadata["words"].format(cases=self.machine.cases)
                 made.append((one.name, words, text))

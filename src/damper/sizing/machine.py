@@ -340,7 +340,13 @@ class Machine(Settings):  # type: ignore[misc]
     @property
     def cases(self) -> str:
         """What a worst case is over."""
-        return "starts, tolerances" if self.band is None else "frequencies, starts, tolerances"
+        every = ("frequencies",) * (self.band is not None), ("starts",)
+        return ", ".join(sum(every, ()) + ("tolerances",) * self.has_tolerances)
+
+    @property
+    def has_tolerances(self) -> bool:
+        """Whether any size of the damper may be off."""
+        return any((self.mass_tolerance, self.gap_tolerance, self.restitution_tolerance))
 
     @property
     def measured(self) -> tuple[str, str, str]:

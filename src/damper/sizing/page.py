@@ -251,7 +251,10 @@ def response(design: Design) -> Figure:
         for ax in (upper, lower):
             ax.axvspan(*m.band, color="#EAF1F6", lw=0.0)
         size, unit = (1e3, "mm") if m.measured[1] == "m" else (1.0, m.measured[1])
-        for name, look in (("without", _WITHOUT), ("worst", _WORST), ("as_built", _BUILT)):
+        looks = {"without": _WITHOUT, "worst": _WORST, "as_built": _BUILT}
+        if not m.has_tolerances:  # the worst case is as built
+            del looks["worst"]
+        for name, look in looks.items():
             upper.plot(table.frequency, size * table[name], **look)
             lower.plot(table.frequency, table[name] / table.without, **look)
         if m.limit is not None:
