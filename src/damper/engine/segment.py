@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
+from damper.engine.tuples import changed, reader, writer
 
 
 class Segment(NamedTuple):
@@ -86,49 +87,20 @@ NOTHING = -1.0
 SEPARATION = -2.0
 
 
+_read, _write = reader(Segment, of_row=True), writer(Segment, of_row=True)
+_lasting = changed(Segment, "duration")
+
+
 @compiled
 def segment_at(row: np.ndarray) -> Segment:
     """Read a row of the log."""
-    # float(): plain Python would otherwise carry slow NumPy scalars through the loop.
-    return Segment(
-        float(row[0]),
-        float(row[1]),
-        float(row[2]),
-        float(row[3]),
-        float(row[4]),
-        float(row[5]),
-        float(row[6]),
-        float(row[7]),
-        float(row[8]),
-        float(row[9]),
-        float(row[10]),
-        float(row[11]),
-        float(row[12]),
-        float(row[13]),
-        float(row[14]),
-        float(row[15]),
-    )
+    return _read(row)
 
 
 @compiled
 def write_segment(row: np.ndarray, segment: Segment, duration: float) -> None:
     """Write a segment of this duration into a row of the log."""
-    row[0] = segment.periods
-    row[1] = segment.time
-    row[2] = segment.x
-    row[3] = segment.v
-    row[4] = segment.gap
-    row[5] = segment.gap_rate
-    row[6] = segment.side
-    row[7] = segment.mode
-    row[8] = segment.cause
-    row[9] = segment.speed
-    row[10] = segment.v_before
-    row[11] = segment.first_speed
-    row[12] = segment.completion
-    row[13] = duration
-    row[14] = segment.y
-    row[15] = segment.u
+    _write(row, _lasting(segment, duration))
 
 
 @compiled

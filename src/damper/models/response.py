@@ -43,6 +43,7 @@ from damper.engine.peak import Moment, bounds_of, highest, moment_at
 from damper.engine.quadrature import FEWEST, LONGEST_REACH, NODES, WEIGHTS, nodes_for
 from damper.engine.roundoff import EPSILON
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment, centre_velocity
+from damper.engine.tuples import changed
 from damper.models.flights import Bounce, course_of, rest_shift
 from damper.models.flights import bounce_at as bounce_of_tail
 from damper.models.walls import bounce_of
@@ -404,16 +405,10 @@ def integrate_flight(
             )
             energy += push * y
             support += energy if k == 0 else -energy
-    return ResponseIntegrals(
-        found.square,
-        found.speed_square,
-        found.work + on_mass,
-        0.0,
-        support,
-        friction,
-        0.0,
-        found.peak,
-    )
+    return _in_flight(found, found.work + on_mass, 0.0, support, friction, 0.0)
+
+
+_in_flight = changed(ResponseIntegrals, "work", "loss", "support", "friction", "modulation")
 
 
 @compiled
@@ -518,16 +513,10 @@ def with_bounces(
             work += (tail.force + tau * tail.force1) * carried
             speed_square += 2.0 * (tail.start.v + tau * tail.start.a) * carried
         peak = _tail_peak(tail, low, high, peak)
-    return ResponseIntegrals(
-        centre.square,
-        speed_square,
-        work,
-        loss,
-        centre.support,
-        centre.friction,
-        centre.modulation,
-        peak,
-    )
+    return _about(centre, speed_square, work, loss, peak)
+
+
+_about = changed(ResponseIntegrals, "speed_square", "work", "loss", "peak")
 
 
 @compiled
@@ -563,16 +552,11 @@ def with_rubbing_bounces(
     restitution = bounce.shrinks * math.sqrt(bounce.out / bounce.back)
     rubbed = bounce.out - bounce.back
     rubbed /= bounce.out - restitution * restitution * bounce.back
-    return ResponseIntegrals(
-        centre.square,
-        speed_square,
-        work,
-        (1.0 - rubbed) * lost,
-        centre.support,
-        rubbed * lost,
-        0.0,
-        max(centre.peak, abs(x)),
-    )
+    found = _about(centre, speed_square, work, (1.0 - rubbed) * lost, max(centre.peak, abs(x)))
+    return _with_friction(found, rubbed * lost, 0.0)
+
+
+_with_friction = changed(ResponseIntegrals, "friction", "modulation")
 
 
 @compiled

@@ -22,6 +22,7 @@ from damper.engine.forcing import phase_at
 from damper.engine.model import begin, mass_ratio_at, motion
 from damper.engine.oscillator import increments, motion_from
 from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity, segment_at
+from damper.engine.tuples import changed
 from damper.models import model_of
 from damper.models.flights import course_of
 from damper.models.tangent import enter, joins, over_time, velocities_after
@@ -172,23 +173,9 @@ def _flight(model, s, y, slower):
 def _contact(model, s, v, slower):
     """State after a contact, the free mass's place measured from the wall."""
     apart = 0.0 if joins(model, s) else 1.0
-    start = Segment(
-        s.periods,
-        s.time * slower,
-        s.x,
-        v,
-        apart * s.gap,
-        apart * s.gap_rate,
-        s.side,
-        s.mode,
-        s.cause,
-        s.speed,
-        s.v_before,
-        s.first_speed,
-        s.completion,
-        s.duration,
-        s.y,
-        s.u,
-    )
+    start = _beside(s, s.time * slower, v, apart * s.gap, apart * s.gap_rate)
     x, v, gap, rate = motion(model, start, s.duration * slower)
     return x, v, x - s.side * gap, v - s.side * rate
+
+
+_beside = changed(Segment, "time", "v", "gap", "gap_rate")

@@ -31,6 +31,7 @@ from damper.engine.segment import (
     first_speed_of,
     segment_after,
 )
+from damper.engine.tuples import changed, made_of
 from damper.models import flights
 from damper.models.flights import EVENT, Bounce, End, bounce_at, fly, unclipped
 
@@ -207,51 +208,28 @@ def _over_impact(model, s, end):
     v, rate = impact(
         mass_ratio_at(model, periods, time), restitution_at(law, speed), side, end.v, speed
     )
-    new = after_impact(periods, time, end, v, rate, speed, first_speed, FLIGHT, 0.0)
+    new = after_impact(
+        periods, time, end.x, v, rate, side, FLIGHT, IMPACT, speed, end.v, first_speed
+    )
     start = begin(model, new)
     if rate == 0.0:
         if stays(start, model, new):
-            new = after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, 0.0)
+            new = _as(new, TAIL, 0.0)
     else:
         left, error = time_to_completion(model, new, start)
         # The next bounce must turn before the other wall; a constant force lets it rise this high.
         rise = 0.25 * rate * left * (1.0 - restitution_at(law, 0.0))
         if error <= model.tolerance and rise <= model.clearance:
-            new = after_impact(periods, time, end, v, rate, speed, first_speed, TAIL, left)
+            new = _as(new, TAIL, left)
     return Step(end.duration, True, False, end.steps, new, start)
 
 
-@compiled
-def after_impact(
-    periods: float,
-    time: float,
-    end: End,
-    v: float,
-    rate: float,
-    speed: float,
-    first_speed: float,
-    mode: float,
-    completion: float,
-) -> Segment:
-    """The segment that an impact at the end of a flight begins."""
-    return Segment(
-        periods,
-        time,
-        end.x,
-        v,
-        0.0,
-        rate,
-        end.wall,
-        mode,
-        IMPACT,
-        speed,
-        end.v,
-        first_speed,
-        completion,
-        0.0,
-        0.0,
-        0.0,
-    )
+after_impact = made_of(
+    Segment,
+    *("periods", "time", "x", "v", "gap_rate", "side", "mode", "cause", "speed", "v_before"),
+    "first_speed",
+)
+_as = changed(Segment, "mode", "completion")
 
 
 @compiled

@@ -49,6 +49,7 @@ from damper.engine.segment import (
     Segment,
     segment_after,
 )
+from damper.engine.tuples import changed
 from damper.models import masses
 from damper.models import tangent as declared_tangent
 from damper.models.compliant import flow, tangent
@@ -290,24 +291,10 @@ def _begin(model, segment):
 @compiled
 def _as(s, side, mode, cause, completion):
     """A segment with another side, mode, cause and completion."""
-    return Segment(
-        s.periods,
-        s.time,
-        s.x,
-        s.v,
-        s.gap,
-        s.gap_rate,
-        side,
-        mode,
-        cause,
-        s.speed,
-        s.v_before,
-        s.first_speed,
-        completion,
-        0.0,
-        0.0,
-        0.0,
-    )
+    return _renewed(s, side, mode, cause, completion, 0.0, 0.0, 0.0)
+
+
+_renewed = changed(Segment, "side", "mode", "cause", "completion", "duration", "y", "u")
 
 
 @compiled

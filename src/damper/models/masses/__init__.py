@@ -30,6 +30,7 @@ from damper.engine.segment import (
     centre_velocity,
     segment_after,
 )
+from damper.engine.tuples import changed, made_of
 from damper.models import flights, walls
 from damper.models.flights import (
     EVENT,
@@ -125,6 +126,9 @@ def prepare(
 
 
 walls.have_rigid_walls(Rigid)
+
+
+_without_friction = changed(Rigid, "mass", "friction")
 
 
 @declared.state_in.of(Rigid)
@@ -283,17 +287,7 @@ def _begin_flight(friction, model, segment):
 def _begin_slide(friction, model, segment):
     sigma = direction(model, segment)
     mass = pushed_by(model.mass, -(sigma * friction.acceleration))
-    flight = Rigid(
-        model.mass_ratio,
-        model.clearance,
-        model.law,
-        model.cycle,
-        model.tolerance,
-        model.free,
-        model.stuck,
-        mass,
-        NoFriction(),
-    )
+    flight = _without_friction(model, mass, NoFriction())
     shift = sigma * model.mass_ratio * friction.acceleration
     start = flights.begin_flight(mass, flight, segment, shift)
     return Slide(sigma, shift, flight, start, start.phase)
@@ -365,25 +359,16 @@ def _rest_or_slide(start, model, segment):
     on_wall = s.gap == 0.0
     if not holds(point, math.inf if on_wall else 2.0 * friction_of(model.friction)):
         return s
+    mode, cause = (STICKING, STICK) if on_wall else (RESTING, REST)
     # Impacts on one wall are a burst until the masses stick there, also where they rest between.
-    return Segment(
-        s.periods,
-        s.time,
-        s.x,
-        s.v,
-        s.gap,
-        0.0,
-        s.side,
-        STICKING if on_wall else RESTING,
-        STICK if on_wall else REST,
-        0.0,
-        s.v,
-        0.0 if on_wall else s.first_speed,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-    )
+    first_speed = 0.0 if on_wall else s.first_speed
+    return at_rest(s.periods, s.time, s.x, s.v, s.gap, s.side, mode, cause, s.v, first_speed)
+
+
+at_rest = made_of(
+    Segment,
+    *("periods", "time", "x", "v", "gap", "side", "mode", "cause", "v_before", "first_speed"),
+)
 
 
 @walls.fly_on.of(Slide)

@@ -29,6 +29,7 @@ from damper.engine.oscillator import (
     motion_from,
 )
 from damper.engine.search import ROUNDOFF, EventPoint, point_at, rates_of
+from damper.engine.tuples import changed
 
 
 class Hold(NamedTuple):
@@ -199,19 +200,10 @@ def _ballistic_pushed_by(mass, acceleration):
 def _driven_pushed_by(mass, acceleration):
     m = mass
     force = WeighedForce(common(m.forcing), strength_on(m), weight_on(m) + acceleration)
-    return Oscillator(
-        m.damping,
-        m.stiffness,
-        1.0,
-        m.regime,
-        m.split,
-        m.slow,
-        m.fast,
-        m.rate,
-        m.coupling,
-        force,
-        m.gain,
-    )
+    return _driven_by(m, 1.0, force)
+
+
+_driven_by = changed(Oscillator, "strength", "forcing")
 
 
 class Speed(NamedTuple):

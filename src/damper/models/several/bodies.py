@@ -24,6 +24,7 @@ from damper.engine.oscillator import (
 )
 from damper.engine.search import HORIZON, ROUNDOFF, point_at
 from damper.engine.segment import NOTHING, RESTING, STICKING, TAIL, Segment
+from damper.engine.tuples import changed, made_of, reader, writer
 from damper.models.flights import Both, gap_of
 from damper.models.forces import drive_of
 from damper.models.masses import NoFriction, Rigid
@@ -272,61 +273,15 @@ def _driven_weighed(forcing, damping, stiffness, strength, weight):
 # a reference, which costs as much as some twenty operations.
 
 
+_read_mass, _with_friction = reader(Mass), changed(Mass, "friction")
+body_in, put_body = reader(Body), writer(Body)
+
+
 @compiled
 def mass_at(model: Several, k: int) -> Mass:
     """Constants of a mass."""
-    masses = model.masses
-    return Mass(
-        float(masses[k, 0]),
-        float(masses[k, 1]),
-        float(masses[k, 2]),
-        float(masses[k, 3]),
-        float(masses[k, 4]),
-        float(masses[k, 5]),
-        float(masses[k, 6]),
-        float(masses[k, 7]),
-        known_friction(model.friction, float(masses[k, 8])),
-    )
-
-
-@compiled
-def body_in(bodies: np.ndarray, k: int) -> Body:
-    """State of a mass."""
-    return Body(
-        float(bodies[k, 0]),
-        float(bodies[k, 1]),
-        float(bodies[k, 2]),
-        float(bodies[k, 3]),
-        float(bodies[k, 4]),
-        float(bodies[k, 5]),
-        float(bodies[k, 6]),
-        float(bodies[k, 7]),
-        float(bodies[k, 8]),
-        float(bodies[k, 9]),
-        float(bodies[k, 10]),
-        float(bodies[k, 11]),
-        float(bodies[k, 12]),
-        float(bodies[k, 13]),
-    )
-
-
-@compiled
-def put_body(bodies: np.ndarray, k: int, b: Body) -> None:
-    """Write the state of a mass."""
-    bodies[k, 0] = b.gap
-    bodies[k, 1] = b.rate
-    bodies[k, 2] = b.side
-    bodies[k, 3] = b.mode
-    bodies[k, 4] = b.cause
-    bodies[k, 5] = b.speed
-    bodies[k, 6] = b.first
-    bodies[k, 7] = b.completion
-    bodies[k, 8] = b.slip
-    bodies[k, 9] = b.previous
-    bodies[k, 10] = b.place
-    bodies[k, 11] = b.velocity
-    bodies[k, 12] = b.alone
-    bodies[k, 13] = b.arrives
+    m = _read_mass(model.masses, k)
+    return _with_friction(m, known_friction(model.friction, m.friction))
 
 
 @compiled
@@ -432,18 +387,12 @@ def single_mass_view(
 
     Its walls are as the one of this side.
     """
-    osc = start.osc
-    return Rigid(
-        ratio / (1.0 + start.joined),
-        m.clearance,
-        law_of(m, side),
-        single.cycle,
-        single.tolerance,
-        osc,
-        osc,
-        flying(single, m, way),
-        NoFriction(),
-    )
+    osc, mass = start.osc, flying(single, m, way)
+    weight = ratio / (1.0 + start.joined)
+    return _view(single, weight, m.clearance, law_of(m, side), osc, osc, mass)
+
+
+_view = changed(Rigid, "mass_ratio", "clearance", "law", "free", "stuck", "mass")
 
 
 @compiled
@@ -452,25 +401,16 @@ def segment_of(b: Body, start: Start) -> Segment:
 
     In a tail that is in the frame of the centre of all that it joins.
     """
-    p = start.primary
-    return Segment(
-        start.periods,
-        start.time,
-        p.x,
-        p.v,
-        b.gap,
-        b.rate + b.side * (p.v - start.v),
-        b.side,
-        b.mode,
-        NOTHING,
-        0.0,
-        p.v,
-        0.0,
-        b.completion,
-        0.0,
-        0.0,
-        0.0,
-    )
+    p, rate = start.primary, b.rate + b.side * (start.primary.v - start.v)
+    periods, time, left = start.periods, start.time, b.completion
+    return _segment(periods, time, p.x, p.v, b.gap, rate, b.side, b.mode, NOTHING, p.v, left)
+
+
+_segment = made_of(
+    Segment,
+    *("periods", "time", "x", "v", "gap", "gap_rate", "side", "mode", "cause", "v_before"),
+    "completion",
+)
 
 
 @by_class

@@ -11,10 +11,10 @@ from damper.engine.segment import (
     FLIGHT,
     IMPACT,
     NOTHING,
-    Segment,
     segment_at,
     write_segment,
 )
+from damper.engine.tuples import changed, made_of
 from damper.models.several.bodies import (
     BODY,
     CAUSE,
@@ -28,11 +28,21 @@ from damper.models.several.bodies import (
     RATIO,
     RIGHT,
     SIDE,
-    SPEED,
     WIDTH,
     YIELDS,
     Several,
     SeveralSegment,
+    body_in,
+)
+
+_of_body = changed(
+    SeveralSegment,
+    *("gap", "gap_rate", "side", "mode", "cause", "speed", "v_before", "first_speed"),
+    *("completion", "body", "loss"),
+)
+_with_bodies = changed(SeveralSegment, "body", "loss", "bodies")
+_of_all = made_of(
+    SeveralSegment, "periods", "time", "x", "v", "mode", "cause", "v_before", "bodies"
 )
 
 #: Columns of the log -> those of a body.
@@ -103,8 +113,7 @@ def _read_segment(model, row):
     for k in range(count):
         for column in range(BODY):
             bodies[k, column] = row[COLUMNS + 2 + BODY * k + column]
-    body, loss = float(row[COLUMNS]), float(row[COLUMNS + 1])
-    return _segment(segment_at(row), body, loss, bodies)
+    return _with_bodies(segment_at(row), float(row[COLUMNS]), float(row[COLUMNS + 1]), bodies)
 
 
 @declared.write_row.of(Several)
@@ -118,31 +127,6 @@ def _write_row(model, row, segment, duration):
 
 
 @compiled
-def _segment(s, body, loss, bodies):
-    return SeveralSegment(
-        s.periods,
-        s.time,
-        s.x,
-        s.v,
-        s.gap,
-        s.gap_rate,
-        s.side,
-        s.mode,
-        s.cause,
-        s.speed,
-        s.v_before,
-        s.first_speed,
-        s.completion,
-        s.duration,
-        0.0,
-        0.0,
-        body,
-        loss,
-        bodies,
-    )
-
-
-@compiled
 def report_first(s: SeveralSegment, v_before: float, loss: float) -> SeveralSegment:
     """The segment with the fields of the first body whose cause is not told; in place."""
     k, bodies = 0, s.bodies
@@ -151,30 +135,12 @@ def report_first(s: SeveralSegment, v_before: float, loss: float) -> SeveralSegm
         # Impacts come first: those that they kick off a wall leave it by them.
         if cause == IMPACT or (cause != NOTHING and bodies[k, CAUSE] != IMPACT):
             k = j
-    b = bodies[k]
-    speed, told = float(b[SPEED]), float(b[CAUSE])
-    b[CAUSE] = NOTHING
-    gap, rate, side, mode = float(b[GAP]), float(b[RATE]), float(b[SIDE]), float(b[MODE])
-    first, completion = float(b[FIRST]), max(float(b[COMPLETION]), 0.0)
-    of_body = Segment(
-        s.periods,
-        s.time,
-        s.x,
-        s.v,
-        gap,
-        rate,
-        side,
-        mode,
-        told,
-        speed,
-        v_before,
-        first,
-        completion,
-        0.0,
-        0.0,
-        0.0,
+    b = body_in(bodies, k)
+    bodies[k, CAUSE] = NOTHING
+    left = max(b.completion, 0.0)
+    return _of_body(
+        s, b.gap, b.rate, b.side, b.mode, b.cause, b.speed, v_before, b.first, left, float(k), loss
     )
-    return _segment(of_body, float(k), loss, bodies)
 
 
 @compiled
@@ -182,7 +148,4 @@ def segment_of_all(
     periods: float, time: float, x: float, v: float, bodies: np.ndarray
 ) -> SeveralSegment:
     """A segment that starts here, before anything is told."""
-    here = Segment(
-        periods, time, x, v, 0.0, 0.0, 0.0, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0, 0.0, 0.0
-    )
-    return _segment(here, 0.0, 0.0, bodies)
+    return _of_all(periods, time, x, v, FLIGHT, NOTHING, v, bodies)

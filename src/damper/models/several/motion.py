@@ -9,6 +9,7 @@ from damper.engine.compiled import compiled
 from damper.engine.oscillator import arrive, increments
 from damper.engine.search import HORIZON, ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, RESTING, STICKING, TAIL, clock_after
+from damper.engine.tuples import changed
 from damper.models.flights import Bounce, bounce_at, bounce_from
 from damper.models.several.bodies import (
     ALONE,
@@ -117,22 +118,14 @@ def _body_after(single, m, b, start, moved, tau):
         arrives = b.side
     elif width - gap <= _TOGETHER * (roundoff + ROUNDOFF * width) and rate > 0.0:
         arrives = -b.side
-    return Body(
-        min(max(gap, 0.0), width),
-        rate,
-        b.side,
-        b.mode,
-        b.cause,
-        0.0,
-        b.first,
-        0.0,
-        b.slip,
-        b.slip,
-        place,
-        velocity,
-        alone,
-        arrives,
-    )
+    gap = min(max(gap, 0.0), width)
+    return _later(b, gap, rate, 0.0, 0.0, b.slip, place, velocity, alone, arrives)
+
+
+_later = changed(
+    Body,
+    *("gap", "rate", "speed", "completion", "previous", "place", "velocity", "alone", "arrives"),
+)
 
 
 @declared.state_in.of(Several)

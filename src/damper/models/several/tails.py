@@ -20,6 +20,7 @@ from damper.engine.segment import (
     TAIL,
     Segment,
 )
+from damper.engine.tuples import changed
 from damper.models.flights import completes, completes_rubbing, gap_of
 from damper.models.masses import NoFriction, Rigid
 from damper.models.masses.holds import Hold, hold_at_start
@@ -122,15 +123,10 @@ def next_event(
 @compiled
 def less(gap: WeightedSum, margin: float, speed: float) -> WeightedSum:
     """A gap that is this much smaller, and grows so much more slowly."""
-    return WeightedSum(
-        gap.value - margin,
-        gap.slope - speed,
-        gap.acceleration,
-        gap.longest,
-        gap.rate,
-        gap.coupling,
-        gap.terms,
-    )
+    return _shifted(gap, gap.value - margin, gap.slope - speed)
+
+
+_shifted = changed(WeightedSum, "value", "slope")
 
 
 @by_class
