@@ -1,4 +1,4 @@
-"""Flight between rigid walls, for all models: what follows from the law of motion alone.
+"""Flight between rigid walls, for all models, by the law of motion alone.
 
 `damper.engine.bodies` has the law; the free mass in flight is the model's field ``mass``.
 """
@@ -201,7 +201,7 @@ def _rates_of_both(start, model):
 
 @compiled
 def begin(model: Any, segment: Segment) -> Any:
-    """What the motion in a segment follows from; see `damper.engine.model.begin`."""
+    """Start of the motion in a segment, as `damper.engine.model.begin`."""
     return begin_flight(model.mass, model, segment, 0.0)
 
 

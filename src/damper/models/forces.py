@@ -1,7 +1,7 @@
 """The force of a run, from the one that its parameters name.
 
-One of one's own is a class in place of those of `damper.parameters.forcing`, and a function for it
-that is registered with `drive`: docs/extending.md.
+A user's own force is a class beside the classes of `damper.parameters.forcing`, and a function for
+this class that is registered with `drive`: docs/extending.md.
 """
 
 import math
@@ -23,7 +23,7 @@ class Drive(NamedTuple):
     forcing: Any
     """NamedTuple of `damper.engine.forcing`."""
     amplitude: float
-    """What its shape is multiplied by to give the force on the primary, >= 0."""
+    """Factor of its shape in the force on the primary, >= 0."""
     share: float
     """Acceleration of the free mass by the force, over that of the primary.
 
@@ -43,7 +43,7 @@ def weighed(
 
 
 def free_mass_of(parameters: Parameters, drive: Drive) -> Ballistic | Oscillator:
-    """The free mass in flight: what force, gravity and support do to it."""
+    """The free mass in flight, under force, gravity and support."""
     p, strength = parameters, drive.share * drive.amplitude
     damping = p.support_damping_ratio / p.mass_ratio
     stiffness = p.support_stiffness_ratio / p.mass_ratio
@@ -62,7 +62,7 @@ def drive_of(parameters: Parameters) -> Drive:
 
 @singledispatch
 def drive(force: given.Forcing, parameters: Parameters) -> Drive:
-    """What a force is to the engine, by its class.
+    """The engine's form of a force, by its class.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the observer `laws` has to know of each model, in the module `laws` of its folder."""
+"""Functions for the observer `laws`: each model has them in the module `laws` of its folder."""
 
 from typing import Any, NamedTuple
 
@@ -170,11 +170,11 @@ def _ballistic_speed(mass, clearance, x, v, duration):
 @mass_speed.of(Oscillator)
 def _oscillator_speed(mass, clearance, x, v, duration):
     drag = 2.0 * mass.damping
-    # What the spring gives and takes back, all swings added up until the dashpot has damped them:
-    # the end of a flight is a double, and many swings magnify its roundoff.
+    # The spring gives and takes back speed, in all swings until the dashpot has damped them. The
+    # end of a flight is a double, and many swings magnify its roundoff.
     swings = mass.stiffness * (duration if drag * duration < 1.0 else 1.0 / drag)
     speed = swings * (x + clearance) + v * min(drag * duration, 1.0)
-    # What the force does in one swing of its own.
+    # The force acts for one swing of its own.
     turn = min(duration * rate_of(mass.forcing), 2.0)
     lasts = turn / rate_of(mass.forcing) if turn > 0.0 else duration
     return speed + mass.strength * bound_of(mass.forcing, 0) * lasts

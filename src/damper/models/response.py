@@ -51,7 +51,7 @@ from damper.parameters.models import models_of, room_of
 
 
 class ResponseIntegrals(NamedTuple):
-    """What part of a segment adds to the response."""
+    """Contribution of a part of a segment to the response."""
 
     square: float
     """Integral of x^2."""
@@ -82,9 +82,9 @@ def prepare_tables(model: Any) -> tuple:
 def integrate_segment(
     model: Any, tables: Any, segment: Segment, low: float, high: float, peak: float
 ) -> ResponseIntegrals:
-    """What a segment adds on [low, high] after its start.
+    """Contribution of a segment on [low, high] after its start.
 
-    `tables` is what the module's function `prepare` made of the model; () where there is none.
+    `tables` is the result of the module's function `prepare` for the model; () without a function.
     `peak` is the largest |x| so far; with infinity none is sought.
     """
 
@@ -170,8 +170,7 @@ def _energy_between_rigid_walls(model, segment, mass_ratio, state):
         energy += 0.5 * stiffness * y * y
     energy = with_height(model.stuck.forcing, model, energy, mass_ratio, segment, state)
     if segment.mode == TAIL:
-        # What dashpots take from the centre, or give it, in the bounce under way; motion leaves
-        # it out.
+        # The bounce under way changes the loss in the dashpots; `motion` leaves this change out.
         drag = 2.0 * model.free.damping * mass_ratio / (1.0 + mass_ratio)
         energy -= drag * v * side * gap
         energy += 2.0 * damping * v * side / (1.0 + mass_ratio) * gap
@@ -293,9 +292,9 @@ def longest_step(osc: Oscillator, tau: float) -> float:
 
 @compiled
 def oscillation(moving: Any, low: float, high: float, peak: float) -> ResponseIntegrals:
-    """What a motion adds on [low, high]: a `ShiftedOscillator`, or of a class like that.
+    """Contribution of a motion on [low, high]: a `ShiftedOscillator` or a similar class.
 
-    The work is that of the force's shape. What a motion has of its own is the modulation.
+    The work is that of the force's shape. The last of the `integrands` makes the modulation.
     """
     square = 0.0
     speed_square = 0.0
@@ -322,7 +321,7 @@ def oscillation(moving: Any, low: float, high: float, peak: float) -> ResponseIn
 def primary_in_flight(
     model: Any, segment: Segment, low: float, high: float, peak: float
 ) -> ResponseIntegrals:
-    """What the primary's motion adds on [low, high] of a flight."""
+    """Contribution of the primary's motion on [low, high] of a flight."""
     found = oscillation(flying_primary(model, segment), low, high, peak)
     square, speed_square, work = found.square, found.speed_square, model.free.strength * found.work
     return ResponseIntegrals(square, speed_square, work, 0.0, 0.0, 0.0, 0.0, found.peak)
@@ -380,7 +379,7 @@ def _work_in_flight(mass, model, segment, low, high):
 def integrate_flight(
     model: Any, segment: Segment, low: float, high: float, peak: float
 ) -> ResponseIntegrals:
-    """What a flight adds on [low, high], with a mass ratio that does not change."""
+    """Contribution of a flight on [low, high], with a constant mass ratio."""
     found = primary_in_flight(model, segment, low, high, peak)
     on_mass = work_in_flight(model.mass, model, segment, low, high)
     stiffness = model.mass_ratio * model.mass.stiffness
@@ -393,7 +392,7 @@ def integrate_flight(
         _, _, after, _ = motion(model, segment, high)
         friction = abs(push) * abs(after - before)
     if damping > 0.0:
-        # What free mass and spring lose of what they have and of what the forces give them.
+        # The work on free mass and spring less their gain of energy.
         support = on_mass
         for k in range(2):
             x, v, gap, rate = motion(model, segment, high if k == 1 else low)
@@ -420,7 +419,7 @@ def _integrate_between_rigid_walls(model, tables, segment, low, high, peak):
 
 @compiled
 def _integrate_contact(model, s, low, high, peak):
-    """What both masses' centre adds, about its place of rest, and what bounces do about it."""
+    """Contribution of the masses' centre about its place of rest, and of bounces about it."""
     mass_ratio = model.mass_ratio
     damping = mass_ratio * model.mass.damping
     bounce = bounce_of(begin(model, s), model, s)
@@ -563,8 +562,9 @@ _with_friction = changed(ResponseIntegrals, "friction", "modulation")
 def _tail_peak(tail, low, high, peak):
     """Largest of `peak` and |x| on [low, high] of a tail, to the tail's own accuracy O(w^3).
 
-    x is the centre plus `share` times the gap. On one bounce both are parabolas up to O(w^3), so
-    each bounce gives its ends and its vertex. Bounces too low to be seen make one, which is flat.
+    x is the centre plus `share` times the gap. On one bounce centre and gap are parabolas up to
+    O(w^3), so each bounce gives its ends and its vertex. Bounces below roundoff count as one flat
+    bounce.
     """
     start = tail.start
     speed = tail.rebound_speed

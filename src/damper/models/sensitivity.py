@@ -1,12 +1,12 @@
-"""What a small change of a parameter does along the segment log.
+"""Change of the motion by a small change of a parameter, along the segment log.
 
 It is one more deviation, of the states at the same phase of the forcing. Flights, contacts and
 impacts take it along as `damper.models.tangent` does, but for two things. The walls move where the
 clearance changes. And the flow and the impact law change: from one state they lead to another one.
-That change is added to each segment and impact. Both are known in closed form for any value, so
-their derivative is taken from four values beside, to the fourth order. No event lies between
-these, so it is accurate to some 1e-11 beside a grazing as well, and serves every model and
-parameter. Derivation: docs/orbits.md.
+That change is added to each segment and impact. Flow and impact are known in closed form for any
+value of the parameter, so their derivative is taken from four values beside, to the fourth order.
+No event lies between these values, so the derivative is accurate to some 1e-11 beside a grazing as
+well, and serves every model and parameter. Derivation: docs/orbits.md.
 """
 
 from collections.abc import Collection, Mapping
@@ -146,7 +146,7 @@ def _add(model, stencil, s, struck, change):
 
 @compiled
 def _lead(model, s, y, v, struck, slower):
-    """What becomes of x, v, y and u, but for what is the same in all models.
+    """Values of x, v, y and u later, without terms that are the same in all models.
 
     From `y` and `v` at the start, with a period that is `slower` times as long.
     """

@@ -1,4 +1,4 @@
-"""Tangent dynamics: what small deviations become along the segment log.
+"""Tangent dynamics: small deviations along the segment log.
 
 A deviation is one of (x, v, y, u), both masses' displacements and velocities at one time; of
 several free masses one of (x, v, y0, u0, y1, u1, ...): `damper.models.several.tangent`. Between
@@ -61,7 +61,7 @@ def damping_in(model: Any, s: Segment) -> float:
 
 @by_class
 def shrunk_by(model: Any, s: Segment) -> float:
-    """What the impact or reversal that begins a segment leaves of volumes of (x, v, y, u)."""
+    """Factor of volumes of (x, v, y, u) by the impact or reversal that begins a segment."""
 
 
 @by_class
@@ -309,19 +309,19 @@ def lost_in(model: Any, s: Any, own: np.ndarray) -> float:
 
 @singledispatch
 def leaders_of(model: Any, row: np.ndarray) -> np.ndarray:
-    """For each free mass the number of the one that it moves with, so that no deviation parts them.
+    """For each free mass the number of the first mass in step with it, by a row of the log.
 
-    A number of its own but of several in step; never compiled. The row is one of the log.
+    No deviation parts masses in step. Other masses have their own number. Never compiled.
     """
     return np.zeros(1, int)
 
 
 @singledispatch
 def parted_in(model: Any, log: np.ndarray) -> np.ndarray:
-    """What happens to each mass in a log that ends deviations which part masses in step, or worse.
+    """End of the deviations that part a mass from masses in step, for each mass of a log.
 
-    The last of these: 0, nothing; 1, its slide turns round; 2, it rests off the walls; 3, it hits,
-    with others by one law; 4, it sticks. `OF_PARTED` has what becomes of them. Never compiled.
+    The last of these events: 0, none; 1, its slide turns round; 2, it rests off the walls; 3, it
+    hits, with others by one law; 4, it sticks. `OF_PARTED` has their effects. Never compiled.
     """
     return np.zeros(1, int)
 
@@ -346,7 +346,7 @@ def directions_at(model: Any, row: np.ndarray) -> np.ndarray:
 def follow(model: Any, log: np.ndarray, deviations: np.ndarray, begun: bool) -> None:
     """Take deviations, the columns of a (4, n) array, along a piece of the log.
 
-    What began the very first segment happened before, so it is left out unless `begun`.
+    The event at the start of the very first segment happened before: left out unless `begun`.
     """
     for index in range(len(log)):
         s = read_segment(model, log[index])

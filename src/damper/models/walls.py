@@ -1,4 +1,4 @@
-"""Rigid walls: what follows which segment, for all models that have them.
+"""Rigid walls: the order of segments, for all models with rigid walls.
 
 A flight ends at an impact; an impact begins a flight, or the closed rest of a complete chatter
 sequence (a TAIL); that ends in sticking, and sticking in a release. Under dry friction a flight

@@ -14,7 +14,7 @@ q = f + y with
     f'' + 2 B f' + K f = a sum of the force's pairs,    y'' + 2 b y' + w^2 y = 0,
 
 exactly and without coupling. sqrt(w^2 y^2 + y'^2) never grows, so |y| stays below its present
-bound R, and q is positive while f > R is. Such a step does not depend on the contact's oscillation:
+bound R, and q is positive while f > R. This step does not depend on the contact's oscillation, so
 a contact that lasts costs a few steps, whether the fast part has decayed or is too weak to matter.
 
 The split is that of Chang (SIAM J. Appl. Math. 1972, 22, 151) with the forcing among the slow

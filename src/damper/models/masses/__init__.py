@@ -83,7 +83,7 @@ class Rigid(NamedTuple):
     free: Oscillator
     """The primary in flight."""
     stuck: Oscillator
-    """Both masses joined, about their place of rest."""
+    """The two masses joined, about their place of rest."""
     mass: Any
     """The free mass in flight, but for friction: a body of `damper.engine.bodies`."""
     friction: Any = NoFriction()

@@ -107,7 +107,7 @@ def _following(model, segment, start):
 
 @compiled
 def _complete(model, s, start, tau):
-    """The end of a tail: all that it holds stick, but for what a pinch does not leave pressed."""
+    """The end of a tail: its masses stick, unless a pinch leaves them without pressing force."""
     periods, time, x, v, bodies = all_after(model, s, start, tau, -1, 0.0)
     new = segment_of_all(periods, time, x, v, bodies)
     # Slides that have turned round since may let go of what rests.
@@ -170,5 +170,5 @@ def _fly(model, s, start):
     return Step(last, new.cause != NOTHING, gave_up, steps, new, begun)
 
 
-# What friction does, and what deviations become, are parts of this model that need all the above.
+# Friction, deviations and sensitivities are parts of this model that need all of the above.
 from damper.models.several import friction, sensitivity, tangent  # noqa: E402, F401

@@ -1,6 +1,6 @@
-"""Constants of several free masses, the segment that holds them all, and how each of them moves.
+"""Constants of several free masses, the segment with all masses, and the motion of each mass.
 
-How many there are is no type: one code serves any number.
+The number of masses is a run-time value; the code is compiled once.
 """
 
 import math
@@ -133,7 +133,7 @@ class Several(NamedTuple):
 
     @property
     def features(self) -> tuple[str, ...]:
-        """What the masses have, as `damper.parameters.models` calls it."""
+        """Features of the masses, by their names in `damper.parameters.models`."""
         supported = np.any(self.masses[:, STIFFNESS] > 0.0)
         rubs = isinstance(self.friction, Frictions)
         return ("several", *["sliding"] * rubs, *["grounded"] * int(supported))
@@ -183,7 +183,7 @@ class Load(NamedTuple):
 
 
 class Start(NamedTuple):
-    """What the motion in a segment follows from."""
+    """Start of the motion in a segment."""
 
     osc: Oscillator
     """The primary, with what sticks to it."""
@@ -269,8 +269,8 @@ def _driven_weighed(forcing, damping, stiffness, strength, weight):
     return oscillator(damping, stiffness, 1.0, WeighedForce(forcing.forcing, strength, weight))
 
 
-# What follows takes masses and bodies as numbers: each hand-over of an array to a function counts
-# a reference, which costs as much as some twenty operations.
+# The functions below take masses and bodies as numbers: for an array, each call would count two
+# references, which costs as much as some twenty operations.
 
 
 _read_mass, _with_friction = reader(Mass), changed(Mass, "friction")
@@ -383,9 +383,9 @@ def load_in(model: Several, ways: np.ndarray, offsets: np.ndarray) -> Load:
 def single_mass_view(
     single: Rigid, m: Mass, start: Start, ratio: float, side: float, way: float
 ) -> Rigid:
-    """The damper of one free mass of this ratio, whose primary carries all that sticks.
+    """The damper of one free mass of this ratio; its primary carries the masses that stick.
 
-    Its walls are as the one of this side.
+    The contact law at this side is that of both walls.
     """
     osc, mass = start.osc, flying(single, m, way)
     weight = ratio / (1.0 + start.joined)
@@ -415,7 +415,7 @@ _segment = made_of(
 
 @by_class
 def flight_of(mass: Any, start: Start, view: Rigid, segment: Segment) -> Any:
-    """What the flight of a mass follows from, as `damper.models.flights.begin_flight`."""
+    """Start of the flight of a mass, as `damper.models.flights.begin_flight`."""
 
 
 @flight_of.of(Ballistic)
@@ -435,7 +435,7 @@ def _flight_of_driven(mass, start, view, segment):
 
 @compiled
 def flight_of_body(single: Rigid, m: Mass, b: Body, start: Start) -> tuple:
-    """The flight of one body: its segment, the damper that it is one of, what it follows from."""
+    """The flight of one mass: its segment, its damper of one mass, the start of the flight."""
     seg = segment_of(b, start)
     view = single_mass_view(single, m, start, 0.0, b.side, b.slip)
     return seg, view, flight_of(view.mass, start, view, seg)
@@ -506,7 +506,7 @@ def is_joined(mode: float) -> bool:
 
 @compiled
 def ways_in(bodies: np.ndarray) -> np.ndarray:
-    """Which way each mass slides, `JOINED` where it moves with the primary."""
+    """Slip direction of each mass, `JOINED` where it moves with the primary."""
     ways = bodies[:, SLIP_DIRECTION].copy()
     for k in range(len(bodies)):
         if is_joined(bodies[k, MODE]):
@@ -516,7 +516,7 @@ def ways_in(bodies: np.ndarray) -> np.ndarray:
 
 @declared.begin.of(Several)
 def begin(model: Several, segment: SeveralSegment) -> Start:
-    """What the motion in a segment follows from; see `damper.engine.model.begin`."""
+    """Start of the motion in a segment, as `damper.engine.model.begin`."""
     return begin_after(model, segment, model.alone, Load(0.0, model.free.damping, 1.0, 0.0))
 
 

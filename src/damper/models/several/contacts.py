@@ -55,7 +55,7 @@ from damper.models.several.pinch import NOTHING_LEFT
 def limits(wall: float, most: float) -> tuple[float, float]:
     """Least and largest acceleration beyond its own that friction and a wall give a mass.
 
-    The same number applies to velocities at an impact. A `wall` of 0 is none.
+    At an impact the limits are those of a velocity. A `wall` of 0 is none.
     """
     return -math.inf if wall > 0.0 else -most, math.inf if wall < 0.0 else most
 
@@ -295,7 +295,7 @@ def clamp_slides(bodies: np.ndarray) -> None:
 def release(model: Several, s: SeveralSegment, k: int, side: float) -> None:
     """Let a mass that nothing holds any longer part from the primary, or stop; in place.
 
-    The same happens to all masses under the same acceleration. `side` is that of the search.
+    All masses under the same acceleration part, or stop, together. `side` is that of the search.
     """
     bodies, phase = s.bodies, phase_at(model.free.forcing, s.periods, s.time)
     b = body_in(bodies, k)

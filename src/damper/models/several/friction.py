@@ -1,8 +1,8 @@
-"""Dry friction of several free masses: who slides and which way, who rests, and until when.
+"""Dry friction of several free masses: the end of a slide, and masses that come to rest.
 
-All that rest, on a wall or off it, have the primary's acceleration a. What a mass does to the
-primary is a monotone function of a: what moves with it as long as friction and wall hold it, and
-the largest friction beyond that. So there is one a, and with it one set of masses that rest.
+All masses at rest, on a wall or off it, have the primary's acceleration a. The force of a mass on
+the primary is a monotone function of a: the force of inertia as long as friction and wall hold the
+mass, and the largest friction beyond that. So there is one a, and one set of masses at rest.
 """
 
 import math
@@ -94,11 +94,11 @@ def _is_over(friction, model, s, start, k, chatter):
 
 @compiled
 def _fading(model, s):
-    """Which masses have all but no speed after an impact that had none either.
+    """Masses of negligible speed after an impact of negligible speed, marked by 1.
 
-    Where a wall presses one only as long as others rest that each impact moves, no sequence is one
-    of its own, and speeds fall without end in no time. What is left of them here is so little that
-    who rests is a question of forces alone.
+    A wall may press a mass only as long as other masses rest, which each impact moves. No chatter
+    sequence is one by itself then, and speeds fall without end in no time. The speeds left here are
+    so small that the forces alone decide which masses rest.
     """
     bodies = s.bodies
     fades = np.zeros(len(bodies))

@@ -1,4 +1,4 @@
-"""What the observer `laws` has to know of several free masses: each law of all at one instant."""
+"""Functions of several free masses for the observer `laws`: each law at one instant."""
 
 import numpy as np
 
@@ -106,7 +106,7 @@ def support_size(model: Several, k: int, x: float, v: float) -> float:
 
 @compiled
 def _brakes(model, s, rates):
-    """What those that come to rest at once after impacts change the primary's velocity by.
+    """Change of the primary's velocity by masses that come to rest at once after impacts.
 
     `rates` are those before the impacts, at the walls that are hit.
     """
@@ -128,7 +128,7 @@ def _brakes(model, s, rates):
 
 @compiled
 def _speeds(model, last, v, ends, x):
-    """Size of the terms of a velocity: those at both ends, and what forces and dashpot add."""
+    """Size of the terms of a velocity: velocities at the ends, changes by forces and dashpot."""
     force = largest_force(model)
     size = abs(last.v) + abs(v) + (force + abs(last.x)) * min(last.duration, 1.0)
     size += abs(last.v) * min(2.0 * model.free.damping * last.duration, 1.0)
@@ -146,7 +146,7 @@ def _compare(model, last, s, found):
     x, v, ends = _unclipped(model, last, begin(model, last), last.duration)
     speeds = _speeds(model, last, v, ends, x)
     lengths = largest_force(model) + abs(x) + abs(last.x)
-    # What happens at one instant is told in as many segments, of which the first has it all.
+    # Events of one instant have a segment each; the first segment has the whole change.
     first = not np.any(last.bodies[:, CAUSE] != NOTHING)
     jump = violation(s.x - x, lengths + abs(last.v) * last.duration)
     jump = larger(jump, violation((s.v_before if first else s.v) - v, speeds))
@@ -179,7 +179,7 @@ def _compare(model, last, s, found):
             law = violation(float(b[SPEED]) + kick, speeds)
             found.restitution_law = larger(found.restitution_law, law)
         jump = larger(jump, violation(float(b[GAP]) - gap, size))
-        # What sticks is pressed on, also where it is released at once.
+        # A mass that sticks is pressed on, also where it is released at once.
         if not (last.bodies[k, MODE] == STICKING and b[RATE] == 0.0):
             jump = larger(jump, violation(own - u, speeds))
     if any_hit:

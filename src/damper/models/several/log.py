@@ -132,7 +132,7 @@ def report_first(s: SeveralSegment, v_before: float, loss: float) -> SeveralSegm
     k, bodies = 0, s.bodies
     for j in range(len(bodies) - 1, -1, -1):
         cause = bodies[j, CAUSE]
-        # Impacts come first: those that they kick off a wall leave it by them.
+        # Impacts come first: they release the masses that they kick off a wall.
         if cause == IMPACT or (cause != NOTHING and bodies[k, CAUSE] != IMPACT):
             k = j
     b = body_in(bodies, k)

@@ -153,7 +153,7 @@ def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, flo
     for k in range(len(bodies)):
         b = bodies[k]
         if b[MODE] == TAIL and pinched:
-            # All that it is about fades away in no time.
+            # Gap and speed fade away in no time.
             left = max(1.0 + tau / float(b[COMPLETION]), 0.0)
             b[GAP], b[RATE] = b[GAP] * left, b[RATE] * left
             change += float(b[SIDE] * model.masses[k, RATIO] * b[RATE]) / (1.0 + start.joined)
@@ -206,7 +206,7 @@ def _masses_at(model, segment, tau, masses):
         b = bodies[k]
         side = float(b[SIDE])
         masses[k, 0] = x + side * (float(model.masses[k, CLEARANCE]) - float(b[GAP]))
-        # What is not hit goes on as it was; what sticks, with the primary.
+        # A mass that is not hit goes on; a mass that sticks moves with the primary.
         masses[k, 1] = v - side * float(b[RATE])
         masses[k, 2] = float(s.bodies[k, MODE])
         if tau == declared.BEFORE:

@@ -73,10 +73,10 @@ def close_pinch(model: Several, bodies: np.ndarray) -> bool:
 
 
 class Turns(NamedTuple):
-    """What becomes of a pinch turn by turn."""
+    """Speeds and times of a pinch, turn by turn."""
 
     next: float
-    """Approach speed of the body that leaves its wall, over that of the one that comes before."""
+    """Approach speed of the mass that leaves its wall, over that of the impact before."""
     speeds: float
     """Ratio by which speeds fall, the least of all turns."""
     back: float
@@ -171,7 +171,7 @@ def lost_in_pinch(model: Several, start: Start, bodies: np.ndarray) -> float:
 def share_of_pinch(model: Several, bodies: np.ndarray, body: int) -> float:
     """Part of what is lost in a pinch that is of one mass, impact by impact.
 
-    Masses in step share as their masses. What others that end in no time lose is nothing.
+    Masses in step share as their masses. Other masses that end in no time lose nothing.
     """
     left, comes = -1, -1
     for k in range(len(bodies)):
@@ -205,7 +205,7 @@ def share_of_pinch(model: Several, bodies: np.ndarray, body: int) -> float:
         before = turn
         if turn <= ROUNDOFF * total or abs(ratio - last) <= ROUNDOFF:
             break
-    # Of the turns that are left each loses the same part of what the one before does.
+    # Each turn that is left loses the same part of the loss of the turn before.
     rest = ratio / (1.0 - ratio) if ratio < 1.0 else 0.0
     whole = total + rest * turn
     part = float(model.masses[body, RATIO]) / _together(model, bodies, own)

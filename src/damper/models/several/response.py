@@ -103,7 +103,7 @@ def _support_damping(model, k):
 
 @compiled
 def _bouncing(model, segment):
-    """Mass ratio of all that bounce in a tail, their wall, and the number of one of them."""
+    """Mass ratio of the masses that bounce in a tail, their wall, and the number of one mass."""
     ratio, side, number = 0.0, 0.0, 0
     if is_pinched(segment.bodies):
         return ratio, side, number
@@ -126,7 +126,7 @@ def _gap_of_tail(model, segment, tau):
 def rubbed_in(
     friction: Any, model: Any, segment: Any, low: float, high: float, carried: float
 ) -> float:
-    """What dry friction takes in a part of a segment, in which bounces carry the primary so far."""
+    """Energy lost in dry friction in a part of a segment; `carried` is the primary's way."""
 
 
 @rubbed_in.of(NoFriction)

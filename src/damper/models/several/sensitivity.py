@@ -1,6 +1,6 @@
-"""What a small change of a parameter does to a motion with several free masses.
+"""Change of a motion with several free masses by a small change of a parameter.
 
-As `damper.models.sensitivity`: what each impact and flow leads to from one state, in models beside.
+As `damper.models.sensitivity`, by impacts and flows of neighbouring models from one state.
 """
 
 from typing import Any
@@ -83,7 +83,7 @@ def _add(model, stencil, s, struck, change):
 
 @compiled
 def _lead(there, model, s, v, struck):
-    """What becomes of all in a model beside, but for what is the same in all models."""
+    """State later in a neighbouring model, without terms that are the same in all models."""
     return _after_impacts(there, model, s) if struck else _after(there, model, s, v)
 
 
@@ -116,7 +116,7 @@ def _after_impacts(there, model, s):
 
 @compiled
 def _after(there, model, s, v):
-    """What the flow over a segment adds, with a cycle that is longer in proportion."""
+    """Change of the state by the flow over a segment, with a cycle that is longer in proportion."""
     found = np.zeros(2 + 2 * len(s.bodies))
     slower = there.cycle / model.cycle
     offsets, beside = offsets_in(model, s.bodies), offsets_in(there, s.bodies)

@@ -100,7 +100,7 @@ def next_event(
         here = hold_at_start(hold)
         width = 2.0 * hold.friction if b.mode == RESTING else math.inf
         if _is_balanced(here, width):
-            # All hang at rest: what is left of a force that others' weights do not let vanish.
+            # All masses hang at rest: the force is the roundoff of their weights.
             return NextEvent(last, 0.0, 1, False)
         lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
         root = first_root(hold, here, width, lifts_off, last, 0.0)
@@ -150,7 +150,7 @@ def _is_balanced(here: EventPoint, width: float) -> bool:
 
 
 class Chatter(NamedTuple):
-    """What is ahead of a body that bounces on a wall."""
+    """Rest of a chatter sequence."""
 
     left: float
     """Time to the completion point; infinite where none is known well enough."""
@@ -164,9 +164,9 @@ class Chatter(NamedTuple):
 def close(model: Several, s: SeveralSegment, start: Start) -> tuple[float, bool]:
     """Close the chatter sequences that complete before anything else happens; in place.
 
-    A sequence that has less than the tolerance left is at its end whatever the others do: masses
-    that chatter on one wall kick each other off it, and come to rest at one instant. Returned are
-    the primary's velocity, and whether anything is closed.
+    A sequence that has less than the tolerance left is at its end whatever other masses do: where
+    several masses chatter on one wall, each impact kicks the others off the wall, and all come to
+    rest at one instant. Returned are the primary's velocity, and whether anything is closed.
     """
     faded, change = close_at_both_walls(model.friction, model, s, start)
     any_rests = False
@@ -225,7 +225,7 @@ def _is_over(friction, model, s, start, k, chatter):
 
 @compiled
 def _chatter_of(single, m, b, start, ratio):
-    """Completion of a body that something has happened to on a wall, of all that chatter as one."""
+    """Rest of the chatter sequence of a mass, and of masses of this ratio that chatter as one."""
     seg = segment_of(b, start)
     view = single_mass_view(single, m, start, ratio, b.side, b.slip)
     own = flight_of(view.mass, start, view, seg)
@@ -281,9 +281,10 @@ def _fade(friction, model, s, start):
 def _close_together(model, s):
     """Close what masses at both walls do with one another in no time.
 
-    Each impact of one disturbs the others, so no sequence is one of its own, and one that is
-    elastic has none; all lose speed as long as one of them is not. They rest, or leave their walls
-    at once, where the speed of each is that of a contact force in a hundredth of the accuracy.
+    Each impact disturbs the other masses, so no chatter sequence is one by itself, and an elastic
+    mass has no sequence; all lose speed as long as one mass is not elastic. The masses rest, or
+    leave their walls at once, where the contact forces would stop them in a hundredth of the
+    accuracy.
     """
     bodies, longest = s.bodies, negligible(model.tolerance)
     count = len(bodies)
@@ -325,8 +326,9 @@ def _loses(model, bodies, k):
 def merge_at_rest(model: Several, s: SeveralSegment) -> float:
     """Let all rest at once that have nothing left, in place; the change of the primary's velocity.
 
-    That takes speed from those which have just kicked others off their wall. It would from all that
-    are left as well, so one that kicks others comes to rest with them even where it is elastic.
+    A kick takes speed from the masses that have just kicked others off their wall. Later kicks
+    would take the rest of the speed, so a mass comes to rest with the masses that it kicks, even
+    where it is elastic.
     """
     bodies = s.bodies
     for k in range(len(bodies)):
@@ -384,7 +386,7 @@ def is_negligible(model: Several, s: SeveralSegment, start: Start, k: int, chang
 
 @compiled
 def _chatters_with(model, bodies, k, j):
-    """Whether two bodies chatter as one: what they do at a wall is the same number by number."""
+    """Whether two masses chatter as one: their motions at a wall are the same, number by number."""
     b, c = body_in(bodies, k), body_in(bodies, j)
     if not (c.cause == IMPACT and c.side == b.side and c.rate == b.rate):
         return False

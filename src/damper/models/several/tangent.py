@@ -1,12 +1,12 @@
-"""What small deviations become of a motion with several free masses.
+"""Tangent dynamics of a motion with several free masses.
 
 A deviation is one of (x, v, y0, u0, y1, u1, ...). An impact is carried to the moment at which the
-deviated motion hits, as `damper.models.tangent` does: the masses that hit and those that the impact
-presses on their walls share the impulse, and those that it kicks off, or that friction alone held,
-go on. Masses that join the primary follow the centre of all that have. Where dry friction stops a
-slide, accelerations jump, those of all that the primary carries.
+deviated motion hits, as `damper.models.tangent` does. The impulse is shared by the masses that hit
+and by the masses that the impact presses on their walls; masses that are kicked off, or that
+friction alone held, go on. Masses that join the primary follow the centre of all joined masses.
+Where dry friction stops a slide, the accelerations of all masses on the primary jump.
 
-Masses that hit at one instant do so by one law, which is not that of one impact after the other. So
+Simultaneous impacts have one law, which differs from one impact after the other. So
 a deviation that parts them changes the motion by a finite amount, however small it is: it has no
 derivative, and its column becomes NaN. Masses in step, alike but for their mass and in one state,
 are moved as one. docs/orbits.md.
@@ -299,7 +299,7 @@ def stop(model: Several, s: SeveralSegment, deviations: np.ndarray) -> bool:
             off = abs(u - v + falls * late[c])
             parts = parts or (turns and off > TOGETHER * (abs(u) + abs(v) + abs(falls * late[c])))
             if bodies[k, MODE] == TAIL:
-                # It stops at the very wall: one beside it hits, or stops ahead of it.
+                # It stops at the very wall: a deviated mass hits the wall, or stops before it.
                 x, y = deviations[0, c], deviations[2 + 2 * k, c]
                 parts = parts or abs(x - y) > TOGETHER * (abs(x) + abs(y))
         if parts:
