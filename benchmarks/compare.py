@@ -23,6 +23,7 @@ import tempfile
 import time
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import compare_events
 import compare_results
@@ -46,6 +47,8 @@ MODELS = {
     "stiff": {"contact_stiffness_ratio": 1e8},
     "time-varying": {"modulation_depth": 0.3},
 }
+#: The free mass divided into so many, with restitutions in even steps from 0.8 to 1.2 times one.
+COUNTS = {"two masses": 2, "three masses": 3, "eight masses": 8}
 #: Forcing periods of a timed run, and factors of the clearance that make many runs of a scene.
 PERIODS, SPREAD = 300, [0.98 + 0.04 * k / 59 for k in range(60)]
 FIRST_CALL = """
@@ -72,6 +75,7 @@ def main() -> None:
     parser.add_argument("--results", type=Path, nargs=2, metavar=("BEFORE", "AFTER"))
     parser.add_argument("--what", help="parts, comma-separated; when left out, all that can be")
     parser.add_argument("--save", type=Path, help="write the events of `before` and stop")
+    parser.add_argument("--models", help="those that are timed; when left out, all")
     parser.add_argument("--repeats", type=int, default=15, help="turns of each timed scene")
     parser.add_argument("--listed", type=int, default=5, help="scenes listed of each kind")
     given = parser.parse_args()
@@ -92,20 +96,29 @@ def main() -> None:
         elif part == "events":
             compare_events.compare(*versions, given.listed)
         elif part == "speed":
-            speed([Version(source) for source in versions], given.repeats)
+            models = given.models.split(",") if given.models else [*MODELS, *COUNTS]
+            speed([Version(source) for source in versions], models, given.repeats)
         else:
             {"cold": cold, "size": size}[part](versions)
 
 
-def values_of(scene: tuple[float, ...], model: str) -> dict[str, float]:
+def values_of(scene: tuple[float, ...], model: str) -> dict[str, Any]:
     """Parameters of a scene."""
-    return dict(zip(NAMES, scene, strict=True)) | MODELS[model]
+    values: dict[str, Any] = dict(zip(NAMES, scene, strict=True))
+    if model not in COUNTS:
+        return values | MODELS[model]
+    count, ratio, restitution = COUNTS[model], values["mass_ratio"], values["restitution"]
+    factors = [0.8 + 0.4 * k / (count - 1) for k in range(count)]
+    return values | {
+        "masses": [{"mass_ratio": ratio / count, "restitution": restitution * f} for f in factors]
+    }
 
 
-def speed(pair: list[Version], repeats: int) -> None:
+def speed(pair: list[Version], models: list[str], repeats: int) -> None:
     """Print CPU time per event; the versions take turns, scene by scene."""
-    scenes = {(model, name): SCENES[name] for model in MODELS for name in SCENES}
-    scenes |= {("rigid", name): scene for name, scene in RIGID_SCENES.items()}
+    scenes = {(model, name): SCENES[name] for model in models for name in SCENES}
+    if "rigid" in models:
+        scenes |= {("rigid", name): scene for name, scene in RIGID_SCENES.items()}
     print(f"medians of {repeats} turns: CPU us per event, before over after [quartiles],")
     print("CPU us per run that are not spent on events")
     for (model, name), scene in scenes.items():
@@ -128,7 +141,7 @@ def speed(pair: list[Version], repeats: int) -> None:
         )
 
 
-def time_of(values: dict[str, float]) -> tuple[float, float]:
+def time_of(values: dict[str, Any]) -> tuple[float, float]:
     """CPU seconds of many runs that are spent on events, and those around it."""
     import damper
 
@@ -141,7 +154,7 @@ def time_of(values: dict[str, float]) -> tuple[float, float]:
     return clock[2] - clock[1] - around, around
 
 
-def count_of(values: dict[str, float]) -> int:
+def count_of(values: dict[str, Any]) -> int:
     """Events of the same runs; periods if there are none."""
     import damper
 
@@ -156,7 +169,7 @@ def count_of(values: dict[str, float]) -> int:
 def cold(sources: tuple[Path, Path]) -> None:
     """Print what a first call costs in a fresh process, with an empty and with a full cache."""
     print("seconds of wall time (CPU): import, first events; cold, then warm; before, then after")
-    models = [model for model in MODELS if model != "stiff"]
+    models = [model for model in MODELS if model != "stiff"] + ["two masses"]
     for model, source in product(models, sources):
         values = json.dumps(values_of(SCENES["generic"], model))
         command = [
