@@ -28,6 +28,7 @@ from damper.analysis.runs import runs
 from damper.parameters.lazy import pd, xr
 from damper.parameters.quantity import in_range, real
 from damper.parameters.units import own_number
+from damper.parameters.variables import Chatter
 from damper.sweep.record import recorded
 
 #: Name -> least `chatter` at which it holds.
@@ -161,7 +162,7 @@ def chatter_in_range(cube: xr.Dataset, along: str, low: float, high: float) -> d
         raise ValueError(f"low = {low!r}, high = {high!r}: low must be at most high")
     grid = cube[along].values
     others = [dim for dim in cube.chatter.dims if dim != along]
-    chatter = (cube.chatter > 0).any(others).values
+    chatter = (cube.chatter > Chatter.NONE).any(others).values
     known = chatter | cube.chatter.notnull().all(others).values
     inside = within(grid, low, high)
     ends = (grid[chatter].min(), grid[chatter].max()) if chatter.any() else (np.nan, np.nan)

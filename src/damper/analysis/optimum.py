@@ -12,6 +12,7 @@ from damper.analysis.reduction import as_low, dimensions, least
 from damper.analysis.reduction import worst as worst_of
 from damper.parameters.lazy import pd, xr
 from damper.parameters.quantity import in_range
+from damper.parameters.variables import Chatter
 
 #: Rms ratio below which damping is good, and amplitude ratio below which the damped band lies.
 GOOD, DAMPED = 0.5, 0.9
@@ -166,7 +167,7 @@ def damping_shares(
     in_range("good", good, minimum=0, above=True)
     _require_observers(cube, "rms_ratio", "peak_displacement", "amplitude_ratio")
     contact = cube.impacts_per_period > 0.0
-    lasting = contact & ((cube.chatter > 0) | (cube.sticking_fraction > 0.0))
+    lasting = contact & ((cube.chatter > Chatter.NONE) | (cube.sticking_fraction > 0.0))
     two = contact & ~lasting & (abs(cube.impacts_per_period - 2.0) < _TWO)
     well = contact & (cube.rms_ratio < good)
     undamped = (cube.peak_displacement / cube.amplitude_ratio).max(

@@ -18,6 +18,7 @@ from damper.parameters.dampers import BASIC
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.quantities import INITIAL_NAMES, quantities_in
 from damper.parameters.units import units_of
+from damper.parameters.variables import Chatter
 from damper.study import products
 from damper.study.fields import DistinctList, Pair, Text, one_of
 from damper.study.messages import Mistakes
@@ -44,7 +45,10 @@ _MEANINGS = {
     _MULTIPLIER: "size of the multipliers\n",
 }
 _DRAWN = (*products.SECTION_VARIABLES, *_RELATIVE, *LOGARITHMIC, _MULTIPLIER)
-_CHATTER = {1: ("incomplete chatter", style.ORANGE), 2: ("complete chatter", style.BLUE)}
+_CHATTER = {
+    Chatter.INCOMPLETE: ("incomplete chatter", style.ORANGE),
+    Chatter.COMPLETE: ("complete chatter", style.BLUE),
+}
 #: Direction -> colour, size and order of its points. Down lies beneath and is larger, so that a
 #: rim of it shows where both agree, and it stands alone where they do not.
 _DIRECTIONS: dict[str | None, tuple[str, float, float]] = {
@@ -298,7 +302,7 @@ def _mark_chatter(row: np.ndarray, panel: xr.Dataset, along: str) -> None:
                     ends = (borders[first], borders[last + 1])
                     if direction is None:
                         ax.axvspan(*ends, color=colour, alpha=0.18, lw=0, zorder=0)
-                    _bar(ax, ends, direction, colour, 3.0 if kind == 2 else 1.5)
+                    _bar(ax, ends, direction, colour, 3.0 if kind == Chatter.COMPLETE else 1.5)
 
 
 def _bar(

@@ -18,6 +18,7 @@ from damper.figures.common import layout, panels, style
 from damper.figures.overlays import Panels, draw_overlays
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.quantities import INITIAL_NAMES
+from damper.parameters.variables import Chatter
 from damper.study import products
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
@@ -314,7 +315,7 @@ def _split_no_chatter(
     """Tell contact without chatter from no contact, in place; return the classes there are."""
     if touched is None:  # not known
         return [("no chatter", style.PALE), *classes[2:]]
-    place["chatter"] = place.chatter + touched.where(place.chatter == 0, 1)
+    place["chatter"] = place.chatter + touched.where(place.chatter == Chatter.NONE, 1)
     name, colour = classes[0]
     return [(name + _FROM_REST * rest, colour), *classes[1:]]
 

@@ -24,7 +24,7 @@ from damper.observers.common.base import (
     visible_in_tail,
 )
 from damper.observers.common.settings import BODIES, VISIBILITY, Setting
-from damper.parameters.variables import CHATTER_IMPACTS, LENGTH, Variable
+from damper.parameters.variables import CHATTER_IMPACTS, LENGTH, Chatter, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import TIME as TIME_UNIT
 
@@ -48,6 +48,8 @@ _STATE = record_type(
 )
 # Walls: no burst under way; one that began before the window; nothing read yet.
 _NONE, _EARLIER, _UNKNOWN = 0.0, 2.0, 3.0
+# How a burst ends, for compiled code.
+INCOMPLETE, COMPLETE = int(Chatter.INCOMPLETE), int(Chatter.COMPLETE)
 
 #: Columns of the list of bursts, in their order.
 RECORDS = (
@@ -258,7 +260,7 @@ def _follow(model, log, window, thresholds, states, counts, listed):
             inside = s.duration + min(start, 0.0)
             state.sticking += max(inside, 0.0)
             if s.cause == STICK and state.wall != _NONE:
-                _close(model, window, s, 2, state, counts, listed)
+                _close(model, window, s, COMPLETE, state, counts, listed)
             state.open_sticking += inside
         elif s.cause == RELEASE:
             if state.open >= 0.0:
@@ -266,7 +268,7 @@ def _follow(model, log, window, thresholds, states, counts, listed):
             state.open = -1.0
         elif s.cause == IMPACT and start >= 0.0 and state.wall != _EARLIER:
             if state.wall != _NONE and state.wall != s.side:
-                _close(model, window, s, 1, state, counts, listed)
+                _close(model, window, s, INCOMPLETE, state, counts, listed)
             _strike(model, s, thresholds, state, counts)
 
 
@@ -294,9 +296,9 @@ def _strike(model, s, thresholds, state, counts):
 
 @compiled
 def _close(model, window, s, outcome, state, counts, listed):
-    """End the burst under way: outcome 2 complete, at the start of `s`; 1 incomplete."""
+    """End the burst under way: `COMPLETE` at the start of `s`, or `INCOMPLETE`."""
     state.bursts += 1.0
-    if outcome == 2:
+    if outcome == COMPLETE:
         state.complete += 1.0
     number = int(state.listed)
     if number < len(listed):
@@ -309,8 +311,8 @@ def _close(model, window, s, outcome, state, counts, listed):
         burst.wall = state.wall
         burst.first_speed = state.first_speed
         burst.visible_impacts = counts[0][0, 0]
-        burst.complete = outcome - 1
-        if outcome == 2:
+        burst.complete = outcome - INCOMPLETE
+        if outcome == COMPLETE:
             burst.accumulation_time = since(s, model.cycle, window.periods, window.time)
             burst.accumulation_displacement = s.x
             burst.duration = since(s, model.cycle, state.onset_cycles, state.onset_time)

@@ -32,6 +32,7 @@ from damper.papers.base import (
 )
 from damper.papers.ranges import range_of
 from damper.parameters.lazy import pd, xr
+from damper.parameters.variables import Chatter
 
 Cubes = Mapping[str, "xr.Dataset"]
 
@@ -96,7 +97,7 @@ def _judge_a1(cubes: Cubes) -> Verdict:
 
 
 def _score_a1(cube: xr.Dataset, tolerances: Tolerances, contact: bool = False) -> Scored:
-    chatters = cube.chatter >= 1
+    chatters = cube.chatter > Chatter.NONE
     in_range = within(cube.clearance, high=CHATTER_UP_TO)
     # Without clearance the masses are one.
     below = chatters.sel(clearance=in_range & (cube.clearance > 0.0))
@@ -114,7 +115,7 @@ def _judge_a2(cubes: Cubes) -> Verdict:
     cube = cubes["paper_a_frequency"].sortby("frequency_ratio")
     points = section_points(cube).values.reshape(-1, cube.sizes["frequency_ratio"])[0]
     changes = int((np.diff((points > 1).astype(int)) != 0).sum())
-    chatter = float((cube.chatter > 0).mean())
+    chatter = float((cube.chatter > Chatter.NONE).mean())
     omega = cube.frequency_ratio.values
     measured = (
         f"{omega.size} frequency ratios from {omega.min():g} to {omega.max():g}: motions change "
@@ -361,7 +362,7 @@ def _judge_a9(cubes: Cubes) -> Verdict:
     if not (cube.restitution == 0.0).any():
         return Verdict("", UNTESTED, "restitution 0 is not in this study")
     plastic = (cube.impacts_per_period > 0.0) & (cube.restitution == 0.0)
-    chatter = int(((cube.chatter > 0) & (cube.restitution == 0.0)).sum())
+    chatter = int(((cube.chatter > Chatter.NONE) & (cube.restitution == 0.0)).sum())
     bursts = cube.bursts_per_period.where(plastic, 0.0)
     sticks = float((bursts * cube.complete_fraction.fillna(0.0)).sum() / bursts.sum())
     measured = (

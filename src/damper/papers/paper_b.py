@@ -30,7 +30,7 @@ from damper.papers.base import (
 )
 from damper.papers.ranges import Range, chatter_ranges, ends
 from damper.parameters.lazy import xr
-from damper.parameters.variables import CHATTER_IMPACTS
+from damper.parameters.variables import CHATTER_IMPACTS, Chatter
 
 Cubes = Mapping[str, "xr.Dataset"]
 Ranges = Mapping[tuple[float, float], Range]
@@ -209,7 +209,9 @@ def _chatter_in_r(cube: xr.Dataset) -> xr.DataArray:
 
     Frequencies on the other side of the resonance are missing: NaN.
     """
-    both = xr.concat([cube.chatter == 2, cube.chatter >= 1], "counted")
+    both = xr.concat(
+        [cube.chatter == Chatter.COMPLETE, cube.chatter >= Chatter.INCOMPLETE], "counted"
+    )
     both = both.assign_coords(counted=["complete", "any"]).astype(float)
     omega = cube.frequency_ratio
     sides = {"below": ~within(omega, low=1.0), "above": ~within(omega, high=1.0)}

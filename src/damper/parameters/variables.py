@@ -1,6 +1,7 @@
 """Descriptions of what a cube holds. Kept light: gathering and drawing need no engine."""
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 from damper.parameters.units import ACCELERATION as ACCELERATION
 from damper.parameters.units import ENERGY as ENERGY
@@ -16,6 +17,14 @@ NO_VALUE = -1
 
 #: Visible impacts that make a burst chatter (both papers).
 CHATTER_IMPACTS = 5
+
+
+class Chatter(IntEnum):
+    """Codes of the variable `chatter`."""
+
+    NONE = 0
+    INCOMPLETE = 1
+    COMPLETE = 2
 
 
 @dataclass(frozen=True)
