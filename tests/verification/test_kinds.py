@@ -90,6 +90,13 @@ MISTAKES = [
         "scenes.burst.parameters",
         "rigid walls and a constant restitution",
     ),
+    (
+        "comparison",
+        ("scenes", "burst", "parameters", "initial_position"),
+        1.0,
+        "scenes.burst.parameters",
+        "the other solvers start in flight",
+    ),
     ("comparison", ("figures", "all", "kind"), "map", "figures.all.kind", "work_precision"),
 ]
 

@@ -1,8 +1,7 @@
 """The answer to a scene in 50 digits, kept as decimal strings.
 
 `make_reference` computes it with `damper.verification.reference`; nothing of the engine is used.
-Parameters and start count as the exact binary values they are, but for a start so near a wall that
-only roundoff keeps it off: that is a start on the wall.
+Parameters and start count as the exact binary values they are.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,7 +10,6 @@ from typing import Any
 
 from mpmath import mp, mpf
 
-from damper.models.walls import slack
 from damper.parameters import Parameters
 from damper.sweep.parts import PartData
 from damper.verification import reference
@@ -25,7 +23,8 @@ def make_reference(scene: Scene, digits: int = 50) -> dict[str, Any]:
     Returns what JSON can hold, numbers as decimal strings with all their digits: the scene, and the
     fields of `damper.verification.comparison.errors.Reference`.
     """
-    start = _start(scene, digits)
+    s = scene.state
+    start = [mpf(value) for value in (s.x, s.v, s.y, s.u)]
     exact = reference.exact_run(
         _values(scene), start, until=scene.until, digits=digits, start_time=scene.state.time
     )
@@ -68,14 +67,3 @@ def _values(scene: Scene) -> dict[str, float]:
     """The parameters that are not their defaults."""
     given = ((field, getattr(scene.parameters, field.name)) for field in fields(Parameters))
     return {field.name: value for field, value in given if value != field.default}
-
-
-def _start(scene: Scene, digits: int) -> list[mpf]:
-    """x, v, y, u; a free mass within roundoff of a wall is on it, as it is for the engine."""
-    s, d = scene.state, scene.parameters.clearance
-    x, v, y, u = (mpf(value) for value in (s.x, s.v, s.y, s.u))
-    side = 1 if y >= x else -1
-    if abs(d - side * (y - x)) <= slack(d, s.x, s.y):
-        with mp.workdps(digits + reference.GUARD_DIGITS):
-            y = x + side * mpf(d)
-    return [x, v, y, u]

@@ -61,7 +61,11 @@ class SceneSettings(StrictModel):
             return
         try:
             damper = Parameters(**given)
-            if damper.model != "rigid" or damper.law != "constant":
+            place = self.values.get("initial_position", 0.0)
+            if not damper.clearance or abs(place) >= 1.0:
+                message = "the other solvers start in flight, between two walls"
+                mistakes.add(("parameters",), message, "clearance > 0, -1 < initial_position < 1")
+            elif damper.model != "rigid" or damper.law != "constant":
                 message = "the other solvers have rigid walls and a constant restitution"
                 mistakes.add(("parameters",), message, "a scene of the rigid damper")
             else:

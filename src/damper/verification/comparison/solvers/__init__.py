@@ -24,7 +24,7 @@ class Scene:
 
     parameters: Parameters
     state: State
-    """Start: displacements and velocities of primary and free mass, and the time."""
+    """Start in flight: displacements and velocities of primary and free mass, and the time."""
     until: float
     """End, in units of sqrt(M/K); before chaos takes over, where there is chaos."""
 

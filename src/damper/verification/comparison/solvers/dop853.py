@@ -17,7 +17,6 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from damper.engine.segment import IMPACT, RELEASE, STICK
-from damper.models.walls import slack
 from damper.verification.comparison.solvers import CAPPED, FAILED, FINISHED, Scene, Solution, Solver
 
 #: Value of time and state whose fall through zero ends a motion.
@@ -52,13 +51,11 @@ class SolverRun:
         self.found = Solution(penetration=0.0, reached=scene.state.time)
         self.events: list[tuple[float, float, float, float]] = []
         # From the centre the wall is the one that the free mass will near, so that a mirrored scene
-        # is mirrored in every step. A gap of roundoff is none.
+        # is mirrored in every step.
         s, d = scene.state, scene.parameters.clearance
         a, j = self.derivatives(s.x, s.v)
         self.side = 1.0 if (s.y - s.x or s.u - s.v or -(a + j)) >= 0.0 else -1.0
-        gap = d - self.side * (s.y - s.x)
-        self.z = [s.x, s.v, 0.0 if abs(gap) <= slack(d, s.x, s.y) else gap]
-        self.z.append(-self.side * (s.u - s.v))
+        self.z = [s.x, s.v, d - self.side * (s.y - s.x), -self.side * (s.u - s.v)]
 
     def advance(self, *events: EventCallable, joined: bool = False, sizes=(inf, inf)) -> int:
         """Move on until an event or the end of the scene; return which event, -1 for none.
@@ -66,7 +63,7 @@ class SolverRun:
         `joined` masses move as one; `sizes` are those that gap and rate are expected to have.
         """
         d, found = self.scene.parameters.clearance, self.found
-        length = min(1.0, d) or 1.0
+        length = min(1.0, d)
         for event in events:
             event.terminal = True  # type: ignore[attr-defined]
             event.direction = -1.0  # type: ignore[attr-defined]
@@ -89,9 +86,8 @@ class SolverRun:
             raise Stopped(FAILED)
         hit = next((n for n, at in enumerate(motion.t_events or ()) if len(at)), -1)
         gaps = motion.y[2]
-        if d > 0.0:
-            depth = float(np.maximum(-gaps, gaps - 2.0 * d).max())
-            found.penetration = max(found.penetration, depth)
+        depth = float(np.maximum(-gaps, gaps - 2.0 * d).max())
+        found.penetration = max(found.penetration, depth)
         found.reached = self.scene.until if hit < 0 else found.reached + float(motion.t[-1])
         self.z = motion.y[:, -1].tolist()
         return hit
@@ -129,15 +125,7 @@ class SolverRun:
 
     def follow(self) -> None:
         """Go from event to event to the end of the scene."""
-        p = self.scene.parameters
-        if p.clearance == 0.0:
-            self.merge()
-            self.advance(joined=True)
-            return
-        touches, stuck = self.z[2] == 0.0 and self.z[3] < 0.0, False
-        if self.z[2] == 0.0 and self.z[3] == 0.0:
-            a, j = self.derivatives(self.z[0], self.z[1])
-            stuck = -self.side * (a or j) > 0.0
+        touches = stuck = False
         while True:
             if touches:
                 stuck = self.collide()

@@ -24,7 +24,6 @@ end by themselves. The method is of first order wherever there is an impulse.
 
 from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, RELEASE, STICK
-from damper.models.walls import slack
 from damper.verification.comparison import fixed_step as steps
 
 #: Steps without an impulse after which sticking has ended.
@@ -34,9 +33,6 @@ _APART = 3
 @compiled
 def _run(p):
     x, v, y, u = p.x, p.v, p.y, p.u
-    together = p.d == 0.0  # between two walls at once, for good
-    if together:
-        v = u = steps.common_velocity(p.mu, v, u)
     evaluations, deepest, outcome = 0, 0.0, steps.DONE
     events = [steps.NO_EVENT]
     time, force1 = p.start, steps.force_at(p, p.start)
@@ -54,8 +50,6 @@ def _run(p):
         evaluations += 1
         side = steps.nearer_wall(x, y)
         gap, rate = p.d - side * (y - x), -side * (u - v)
-        if index == 1 and abs(gap) <= slack(p.d, x, y):
-            gap = 0.0
         v1, u1, impulse = _velocities(p, h, 0.5 * (force0 + force1), (x, v, u), (side, gap, rate))
         x, y = x + h * (0.5 * (v + v1)), y + h * (0.5 * (u + u1))
         v, u = v1, u1
@@ -88,13 +82,11 @@ def _velocities(p, h, force, at, contact):
     """Velocities at the end of a step under a mean force, and the impulse at the wall."""
     x, v, u = at
     side, gap, rate = contact
-    together = p.d == 0.0
     heavy = 1.0 + 0.5 * h * (2.0 * p.zeta + 0.5 * h)
-    inert = p.mu if together else 0.0
-    v1 = v + h * (force - x - v * (2.0 * p.zeta + 0.5 * h)) / (heavy + inert)
-    u1 = v1 if together else u
+    v1 = v + h * (force - x - v * (2.0 * p.zeta + 0.5 * h)) / heavy
+    u1 = u
     impulse = 0.0
-    if not together and gap + 0.5 * h * rate <= 0.0:
+    if gap + 0.5 * h * rate <= 0.0:
         ease = 1.0 / p.mu + 1.0 / heavy
         impulse = max(-(-side * (u1 - v1) + p.r * rate) / ease, 0.0)
         v1 += side * impulse / heavy

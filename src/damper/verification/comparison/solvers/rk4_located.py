@@ -21,7 +21,6 @@ stalled.
 from damper.engine.compiled import compiled
 from damper.engine.roundoff import EPSILON
 from damper.engine.segment import IMPACT, NOTHING, RELEASE, STICK
-from damper.models.walls import slack
 from damper.verification.comparison import fixed_step as steps
 
 _ITERATIONS = 100
@@ -31,7 +30,9 @@ _IDLE = 100
 
 @compiled
 def _run(p):
-    x, v, gap, rate, side, stuck, due = _start(p)
+    x, v, side = p.x, p.v, steps.nearer_wall(p.x, p.y)
+    gap, rate = p.d - side * (p.y - p.x), -side * (p.u - p.v)
+    stuck, due = False, NOTHING
     shortest = p.step * p.step * max(1.0, p.omega)
     evaluations, deepest, outcome = 0, 0.0, steps.DONE
     events = [steps.NO_EVENT]
@@ -49,9 +50,8 @@ def _run(p):
             else:
                 arrived = max(-rate, 0.0)
                 rate = p.r * arrived
-                if due == IMPACT:
-                    v += steps.kick(p, side, arrived)
-                    events.append((time, IMPACT, side, arrived))
+                v += steps.kick(p, side, arrived)
+                events.append((time, IMPACT, side, arrived))
                 common = v - side * p.mu / (1.0 + p.mu) * rate
                 evaluations += 1
                 stuck = steps.sticks(p, x, common, time, side, rate, shortest)
@@ -90,22 +90,6 @@ def _run(p):
 
 
 @compiled
-def _start(p):
-    """State relative to the nearer wall, whether the masses are stuck, and what is due at once."""
-    side = steps.nearer_wall(p.x, p.y)
-    gap = p.d - side * (p.y - p.x)
-    rate = -side * (p.u - p.v)
-    if gap <= slack(p.d, p.x, p.y):
-        gap = 0.0
-    if p.d == 0.0:  # together for good, with no wall to leave
-        return p.x, steps.common_velocity(p.mu, p.v, p.u), gap, 0.0, side, True, NOTHING
-    due = NOTHING
-    if gap == 0.0 and rate <= 0.0:
-        due = IMPACT if rate < 0.0 else STICK
-    return p.x, p.v, gap, rate, side, False, due
-
-
-@compiled
 def _advance(p, state, stuck, time, left):
     """Go to the end of the step, or up to an event before that.
 
@@ -116,11 +100,10 @@ def _advance(p, state, stuck, time, left):
     mass = 1.0 + p.mu if stuck else 1.0
     curve, dv = steps.rk4(p, mass, x, v, time, tau)
     if stuck:
-        if p.d > 0.0:
-            evaluations += 1
-            x1 = x + (v * tau + curve)
-            if steps.wall_acceleration(p, mass, x1, v + dv, time + tau, side)[0] < 0.0:
-                due = RELEASE
+        evaluations += 1
+        x1 = x + (v * tau + curve)
+        if steps.wall_acceleration(p, mass, x1, v + dv, time + tau, side)[0] < 0.0:
+            due = RELEASE
     else:
         near = gap + (rate * tau + side * curve)
         if near < 0.0 or near > 2.0 * p.d:

@@ -16,7 +16,6 @@ at which the wall no longer pushes they part.
 
 from damper.engine.compiled import compiled
 from damper.engine.segment import IMPACT, RELEASE, STICK
-from damper.models.walls import slack
 from damper.verification.comparison import fixed_step as steps
 
 
@@ -27,28 +26,21 @@ def _run(p):
     evaluations, deepest, index, outcome = 0, 0.0, 0, steps.DONE
     events = [steps.NO_EVENT]
     time = p.start
-    if p.d == 0.0:  # together for good, with no wall to leave
-        stuck, offset = True, y - x
-        v = u = steps.common_velocity(p.mu, v, u)
     while True:
-        if stuck and side != 0.0:
+        if stuck:
             evaluations += 1
             stuck = steps.wall_acceleration(p, 1.0 + p.mu, x, v, time, side)[0] >= 0.0
             if not stuck:
                 events.append((time, RELEASE, side, 0.0))
-        elif not stuck:
+        else:
             side = steps.nearer_wall(x, y)
             depth, speed = side * (y - x) - p.d, side * (u - v)
             deepest = max(deepest, depth)
-            touches = depth >= 0.0 and speed > 0.0
-            if index == 0:
-                touches = depth >= -slack(p.d, x, y) and speed >= 0.0
-            if touches:
+            if depth >= 0.0 and speed > 0.0:
                 rebound = p.r * speed
-                if speed > 0.0:
-                    events.append((time, IMPACT, side, speed))
-                    v += steps.kick(p, side, speed)
-                    u = v - side * rebound
+                events.append((time, IMPACT, side, speed))
+                v += steps.kick(p, side, speed)
+                u = v - side * rebound
                 common = steps.common_velocity(p.mu, v, u)
                 evaluations += 1
                 if steps.sticks(p, x, common, time, side, rebound, p.step):
