@@ -11,6 +11,8 @@ import yaml
 from damper.study.config import ConfigError, load_study
 
 ENGINE = {"accuracy": 1e-12, "max_events": 10**6}
+#: Mistakes in study files and what is said of them, by the test that makes them.
+MISTAKES = yaml.safe_load((Path(__file__).parent / "study/mistakes.yaml").read_text())
 #: What a user has no use for.
 JARGON = ("pydantic", "type=", "input_", "Traceback", "https:", "tuple", "dict")
 

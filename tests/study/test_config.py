@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 import yaml
 from new_process import modules_after
+from studies import MISTAKES
 
 from damper.study.axes import coordinate_name
 from damper.study.config import ConfigError, Study, load_config, load_study
@@ -175,7 +176,7 @@ def test_override_replaces_the_way_an_axis_is_given(
 
 # What is refused.
 
-TABLE = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())
+TABLE = {name: MISTAKES[name].copy() for name in ("files", "configurations")}
 LONG = {
     "no parameters": (GOOD[GOOD.index("  damping_ratio") : GOOD.index("axes:")], "2 errors "),
     "no observers": (GOOD[GOOD.index("  impact_section") :], "at least one observer"),

@@ -9,7 +9,7 @@ import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
-from studies import load
+from studies import MISTAKES, load
 
 import damper
 from damper.engine import compiled
@@ -24,7 +24,6 @@ from damper.sweep.grid import product
 from damper.sweep.parts import write_part
 from damper.sweep.slices import simulate_slice
 
-MISTAKES = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())
 STUDIES = Path(__file__).parents[2] / "config/studies"
 NAMES = ("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution")
 LARGE: dict[str, Any] = {

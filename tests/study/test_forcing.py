@@ -12,7 +12,7 @@ import studies
 import xarray as xr
 import yaml
 from jsonschema import Draft202012Validator
-from studies import ENGINE
+from studies import ENGINE, MISTAKES
 
 import damper
 import damper.notebook
@@ -53,7 +53,6 @@ SI_POINT = {
     "forcing_frequency": 11.0,
     "free_mass": 0.2,
 }
-MISTAKES = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())
 CSV = "time (s),acceleration (m/s2)\n0,0\n1,3\n2,-1\n3,0\n"
 NOISE = "{kind: noise, seed: %s, step: 0.1, duration: 60, band: [0.5, 2]}"
 

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
 from scenes import GENERIC
-from studies import ENGINE, blame, cube_of, load
+from studies import ENGINE, MISTAKES, blame, cube_of, load
 
 from damper import State, simulate
 from damper.analysis.basins import basin_fractions
@@ -63,23 +62,6 @@ def test_grid_of_initial_quantities() -> None:
         alone, part = (one.drop_attrs(deep=False) for one in (alone, cube.sel(where)))
         xr.testing.assert_identical(part, alone)
         assert cube.displacement.sel(where)[0] == x
-
-
-def test_position_follows_the_clearance() -> None:
-    """A place between the walls, not a length: 1 is the right wall of any damper."""
-    cube = simulate(
-        **{**SCENE, "clearance": [0.0, 0.5, 2.0]}, initial_position=[-1.0, 0.5, 1.0], **RUN
-    )
-    found = cube.free_displacement.isel(sample=0) - cube.displacement.isel(sample=0)
-    expected = np.outer([0.0, 0.5, 2.0], [-1.0, 0.5, 1.0])
-    np.testing.assert_allclose(found.transpose("clearance", "initial_position"), expected)
-
-
-def test_zero_is_rest() -> None:
-    zeros = dict.fromkeys(INITIAL_NAMES, 0.0)
-    cube, rest = simulate(**SCENE, **zeros, **RUN), simulate(**SCENE, **RUN)
-    named = {"quantities": cube.attrs["quantities"]}
-    assert cube.drop_vars(INITIAL_NAMES).identical(rest.assign_attrs(named))
 
 
 # --- draws
@@ -290,12 +272,11 @@ def test_initial_quantities_among_parameters_and_axes(tmp_path: Path) -> None:
 
 
 TABLE = "tables:\n  edges: {kind: intervals, along: clearance}\n"
-MISTAKES = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())["starts"]
 
 
-@pytest.mark.parametrize("name", MISTAKES)
+@pytest.mark.parametrize("name", MISTAKES["starts"])
 def test_mistake_is_told(tmp_path: Path, name: str) -> None:
-    old, new, more, *parts = MISTAKES[name]
+    old, new, more, *parts = MISTAKES["starts"][name]
     text, old = STUDY + RANDOM, RANDOM if old == "RANDOM" else old
     assert not old or text.count(old) == 1
     message = blame(tmp_path, (text.replace(old, new) if old else text) + more)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from jsonschema import Draft202012Validator
-from studies import blame, cube_of, load
+from studies import MISTAKES, blame, cube_of, load
 
 import damper
 from damper.analysis.orbits import follow_orbits
@@ -139,7 +139,7 @@ def test_orbits_along_a_quantity_of_one_mass(tmp_path: Path, friction: str) -> N
     assert found.word[at] == "R1 L1 | R1 L1"
 
 
-WRONG = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())["masses"]
+WRONG = MISTAKES["masses"]
 
 
 @pytest.mark.parametrize("name", WRONG)
@@ -178,7 +178,7 @@ observers: {{response: }}
         assert words in blame(tmp_path, text.replace("count: 3", wrong))
 
 
-MISTAKES: list[tuple[dict[str, Any], str]] = [
+SLIPS: list[tuple[dict[str, Any], str]] = [
     (
         {"masses": [{}, {}], "clearance_2": 1.0},
         r"^clearance_2 = 1\.0: is of mass 2, and masses has",
@@ -190,7 +190,7 @@ MISTAKES: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("given", "message"), MISTAKES, ids=lambda part: str(part)[:40])
+@pytest.mark.parametrize(("given", "message"), SLIPS, ids=lambda part: str(part)[:40])
 def test_arguments_that_are_refused(given: dict[str, Any], message: str) -> None:
     more = {} if "{'mass_ratio'" in str(given) else {"mass_ratio": 0.1}
     with pytest.raises((ValueError, TypeError), match=message):

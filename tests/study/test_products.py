@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 import yaml
+from studies import MISTAKES
 
 import damper
 from damper.figures import draw
@@ -100,7 +101,6 @@ CHANGE: dict[str, dict[str, Any]] = {
     "UNLISTED_TABLE": UNLISTED | {"tables": {"one": CONVERGENCE}},
     "FOLLOWED": {"orbits": {"two": ORBIT}},
 }
-TABLE = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())
 
 
 def load(folder: Path, figure: dict[str, Any], **changes: Any) -> Study:
@@ -127,9 +127,9 @@ def asked(row: list[Any]) -> tuple[dict[str, Any], dict[str, Any], list[str]]:
     return {k: v for k, v in figure.items() if v is not None}, dict(changes), parts
 
 
-@pytest.mark.parametrize("name", TABLE["figures"])
+@pytest.mark.parametrize("name", MISTAKES["figures"])
 def test_refused(tmp_path: Path, name: str) -> None:
-    figure, changes, parts = asked(TABLE["figures"][name])
+    figure, changes, parts = asked(MISTAKES["figures"][name])
     with pytest.raises(ConfigError) as caught:
         load(tmp_path, figure, **changes)
     message = str(caught.value)
@@ -140,7 +140,7 @@ def test_refused(tmp_path: Path, name: str) -> None:
         assert part in message, message
 
 
-@pytest.mark.parametrize("row", TABLE["accepted"], ids=str)
+@pytest.mark.parametrize("row", MISTAKES["accepted"], ids=str)
 def test_accepted(tmp_path: Path, row: list[Any]) -> None:
     figure, changes, _ = asked(row)
     load(tmp_path, figure, **changes)
