@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 from figures.drawing import assert_nothing_overlaps, drawn, legend_texts, svg_of
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
@@ -70,18 +69,6 @@ def test_points_and_law(si: bool, tmp_path) -> None:
     assert f"up to {int(cube.half_cycles.max()) - 150} half cycles not listed" in heading
     assert_nothing_overlaps(figure)
     svg_of(figure, tmp_path)
-
-
-@pytest.fixture
-def stopped() -> xr.Dataset:
-    return damper.simulate(**RATIOS, **RUN | {"transient": 5}, observers=ASKED, max_events=3)
-
-
-def test_an_empty_panel_says_why(stopped: xr.Dataset) -> None:
-    figure = drawn("damping", stopped, lines="mass_ratio", panels="restitution")
-    for ax in figure.axes:
-        assert [text.get_text() for text in ax.texts] == ["no whole cycle of a free vibration here"]
-    assert_nothing_overlaps(figure)
 
 
 def test_another_damper_is_refused() -> None:
