@@ -5,7 +5,7 @@ Rooms, each importing only those above it:
 - `parameters`: `Parameters`, `State`, forces, SI units; names, ranges, meanings.
 - `engine`: one run, whatever the model: exact flow, certified search, event loop, segment log.
 - `models`: one file or folder for each damper. `theory`: closed forms to compare with.
-- `observers`: one file each, a pass over the segment log.
+- `observers`: a file for each, which reads the segment log.
 - `sweep`: many runs: points, slices, cubes, `events`, `periodic_orbit`, `continue_orbit`,
   `continue_point`, `smallest_shock`.
 - `study`: YAML -> slices -> cubes, `simulate`.

@@ -94,9 +94,9 @@ def period_of(points: np.ndarray, same: float = SAME) -> int:
 def first_lasting_change(periods: Sequence[int], least: int = 10) -> int | None:
     """Index of the first point after a change of the number of section points that lasts.
 
-    The `least` grid points before it share one number of points; none of the `least` grid points
-    after it has this number. Without this, the narrow windows in which a diagram falls back and
-    forth would each count as a bifurcation.
+    The `least` grid points before the change have one number of points in common; all of the
+    `least` grid points after the change have other numbers. Without this, the narrow windows in
+    which a diagram falls back and forth would each count as a bifurcation.
 
     Parameters
     ----------

@@ -92,7 +92,7 @@ class Response(Observer):
     where a run `without_damper` is asked for.
     Energies are means per cycle, in units of F0^2/K. In the frame of a moving base, all quantities
     are relative to the base, and the work is done by inertia on both masses. An impact of approach
-    speed s loses (1/2) mu / (1 + mu) (1 - r^2) s^2; one at exactly the start of the window counts.
+    speed s loses (1/2) mu / (1 + mu) (1 - r^2) s^2; an impact at the start of the window counts.
     The stored energy, of which the residual takes the change, is (1/2) (v^2 + x^2 + mu u^2). A free
     mass that varies takes mu at the moment, and the residual counts the work of its modulation as
     input.

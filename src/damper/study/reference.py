@@ -5,10 +5,10 @@ project.
 
 A schema accepts what the loader accepts, and completes and refuses what can be seen at one key: its
 name, type, bounds and choices. An override is a part of a study, so inside a study no key is asked
-for, and an entry may be null. All else is left to the loader: what must be given, and what only
-together or apart; the range of a quantity inside a mapping; that numbers rise, divide a range and
-are finite; what figures and tables need of a study; file names that differ by case, and keys that
-stand twice. A schema takes 100.0 for an integer.
+for, and an entry may be null. The loader checks the rest: required keys, and keys that need or
+exclude each other; the range of a quantity inside a mapping; that numbers rise, divide a range and
+are finite; the variables and axes of figures and tables; file names that differ by case, and keys
+that stand twice. A schema takes 100.0 for an integer.
 """
 
 from __future__ import annotations

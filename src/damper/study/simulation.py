@@ -49,8 +49,8 @@ def simulate(
     The parameters are those of `damper.Parameters`, or in their place those of
     `damper.SIParameters`: then initial quantities, yield speed and dataset are in m, s and J, too.
     A sequence makes a dimension of its name, in the order of these classes; a number makes a scalar
-    coordinate. Values of a sequence that are decimals but for roundoff, as `numpy.linspace` makes
-    them, become these decimals, so that ``cube.sel(clearance=0.3)`` finds them.
+    coordinate. A value of a sequence that differs from a decimal by roundoff alone, as those of
+    `numpy.linspace` do, becomes this decimal, so that ``cube.sel(clearance=0.3)`` finds it.
 
     Parameters
     ----------
@@ -86,8 +86,8 @@ def simulate(
     state : State, optional
         Start of every run, in place of `initial` and `draws` of the state.
     workers : int, optional
-        Threads to use: one for each core, and for fewer than eight points one, when not given. The
-        result is the same for any number of them. Without numba there is one.
+        Threads to use. By default each core has a thread; fewer than eight points share a single
+        thread. The result is the same for any number of threads. Without numba there is one.
 
     Returns
     -------

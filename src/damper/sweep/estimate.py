@@ -80,7 +80,7 @@ class Workload:
         A sum of harmonics takes each impact as many times as long at most; a record ends a segment
         at each of its samples.
     copies : int, default 1
-        Copies of its samples: one for each unit of time, or for each noise.
+        Copies of the record's samples: each unit of time, and each noise, has a copy.
     """
 
     sizes: Mapping[str, int]

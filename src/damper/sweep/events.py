@@ -156,7 +156,7 @@ class Started:
         return [np.array([(*found, *mass)], dtype=self._dtype)]
 
     def table(self, pieces: Sequence[np.ndarray]) -> EventTable:
-        """One table of pieces, in SI units with SIParameters."""
+        """Join pieces into a table, in SI units with SIParameters."""
         found: EventTable = np.concatenate(pieces).view(EventTable)
         if self.units is not NO_UNITS:
             for name, size in _SIZES.items():

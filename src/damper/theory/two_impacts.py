@@ -1,6 +1,6 @@
 """The symmetric motion with two impacts per forcing period, in closed form.
 
-One impact on each wall per period, the second half of the period the mirror image of the first
+The free mass hits each wall once per period; the second half of the period mirrors the first half
 (Masri, J. Acoust. Soc. Am. 47, 1970, 229-237; Bapat and Sankar, J. Sound Vib. 99, 1985, 85-94).
 The free mass leaves the right wall at the speed V > 0 and arrives at the left wall half a period h
 = pi/omega later. So

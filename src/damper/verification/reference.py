@@ -1,19 +1,19 @@
 """The motion of a damper in many digits: oscillators, walls and a force.
 
 It shares no formula with the engine. On short panels the displacement of the primary and each gap
-are Taylor series, of which the equations of motion give one coefficient after the other: the same
-code for every damping and every model. Events are roots of these polynomials, found by steps that
-provably pass none. The gap to the wall that was touched last is a quantity of its own, so a bounce
-of height 1e-50 loses no digits. The end of a complete chatter sequence is extrapolated from its
-impacts: time, place and common velocity differ from their limits by a power series in the rebound
-speed, of which Neville's scheme removes one term after the other. Panels end at the samples of a
-record, where its force is not smooth. With dry friction a free mass slides one way until its
+are Taylor series, of which the equations of motion give one coefficient after the other. Every
+damping and every model runs the same code. Events are roots of these polynomials, found by steps
+that provably pass none. The gap to the wall that was touched last is a quantity of its own, so a
+bounce of height 1e-50 loses no digits. The end of a complete chatter sequence is extrapolated from
+its impacts: time, place and common velocity differ from their limits by a power series in the
+rebound speed, of which Neville's scheme removes one term after the other. Panels end at the samples
+of a record, where its force is not smooth. With dry friction a free mass slides one way until its
 relative velocity vanishes.
 
 All contacts of several free masses at an instant are solved at once, by trying every set of pushing
-masses. An extrapolated end holds if no other mass has an event before it. Masses that chatter on
-the same wall kick each other off, so their speeds have no power series: a mass rests once the rest
-of its sequence is below the wanted digits.
+masses. An extrapolated end holds if no other mass has an event before it. If several masses
+chatter on one wall, the impacts of a mass kick another mass off the wall, and the speeds have no
+power series. A mass then rests once the rest of its sequence is below the wanted digits.
 """
 
 import math

@@ -10,8 +10,8 @@ with the acceleration a: with impacts at every step end, the rebound speed settl
 r a h / (1 + r), and the mass goes deeper by a h^2 (1 - r) / (2 (1 + r)) per step h - slowly, but
 without end. So after an impact with the rebound speed w, the masses stay together if the wall
 pushes, a > 0, and the flight back to it, 2 w / a long, takes no more than a step: the steps cannot
-show that flight. Both masses are then one oscillator, at a constant distance. At the end of a step
-at which the wall no longer pushes they part.
+show that flight. The masses then move as a single oscillator, at a constant distance. They part at
+the end of a step at which the wall no longer pushes.
 """
 
 from damper.engine.compiled import compiled
