@@ -173,6 +173,8 @@ def test_misspelt_names_get_the_nearest() -> None:
         damper.Parameters(0.1, 0.02, 1.3, clearence=0.05, restitution=0.5)  # type: ignore[call-arg]
     with pytest.raises(ValueError, match=r"'speed' .did you mean 'approach_speed'"):
         damper.events(damper.Parameters(*CHATTER), until=10.0)["speed"]
+    with pytest.raises(ValueError, match=r"'time_in_period': write time_in_cycle$"):
+        damper.events(damper.Parameters(*CHATTER), until=10.0)["time_in_period"]
 
 
 def test_kinds_of_events_have_names() -> None:

@@ -19,12 +19,16 @@ OF_ANY_MASS = tuple(dict.fromkeys((*OF_A_MASS, *OF_A_MASS_SI)))
 #: Symbol, as users may type it -> name. `damper.parameters.quantities` adds each quantity.
 NAMES_BY_SYMBOL = {"v0": "initial_velocity"}
 
-#: Name of an earlier version -> the setting in its place.
+#: Name of an earlier version -> the setting, field or variable in its place.
 REPLACED = dict.fromkeys(
     ("unit_count", "clearance_spread"),
     "masses: {count: 4, clearance_spread: 0.2}, "
     "in Python masses=damper.equal_masses(4, clearance_spread=0.2)",
-)
+) | {
+    "time_in_period": "time_in_cycle",
+    "burst_onset_period": "burst_onset_cycle",
+    "burst_onset_time_in_period": "burst_onset_time_in_cycle",
+}
 
 
 def nearest(name: str, names: Iterable[str]) -> str:
