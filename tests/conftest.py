@@ -15,10 +15,14 @@ settings.load_profile("damper")
 #: What runs little of the engine. All else finds its code in the cache once the workflow, which
 #: comes before, has compiled it.
 LIGHT = ("tests/test_project.py", "tests/parameters/", "tests/study/", "tests/shell/")
-#: Tests of these rooms run plain Python, with all of their fixtures: to compile takes longer than
-#: a few short runs, and the bytes are the same (tests/engine/test_compiled.py). A test of long
-#: runs is marked `compiled`.
-PLAIN = tuple(f"tests/{room}/" for room in ("models", "engine", "observers", "theory"))
+#: Tests of these rooms and files run plain Python, with all of their fixtures: to compile takes
+#: longer than a few short runs, and the bytes are the same (tests/engine/test_compiled.py). A test
+#: of long runs is marked `compiled`.
+PLAIN = (
+    *("tests/models/", "tests/engine/", "tests/theory/"),
+    *(f"tests/observers/test_{name}.py" for name in ("bodies", "decay", "laws", "lyapunov")),
+    *(f"tests/observers/test_{name}.py" for name in ("motion", "statistics")),
+)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

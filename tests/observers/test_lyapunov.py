@@ -14,6 +14,7 @@ from damper.parameters import Parameters, State
 from damper.theory.two_impacts import orbits
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("runs", [12, pytest.param(1000, marks=pytest.mark.exhaustive)])
 def test_volumes_shrink_as_dashpots_and_impacts_say(runs: int) -> None:
     """Their sum is -2 zeta plus 2 ln r for each impact, wherever no burst completes."""
@@ -43,6 +44,7 @@ def test_volumes_shrink_as_dashpots_and_impacts_say(runs: int) -> None:
         assert float(cube.largest_lyapunov_exponent) == float(cube.lyapunov_exponents[0])
 
 
+@pytest.mark.compiled
 def test_on_a_periodic_motion_they_are_its_multipliers() -> None:
     values = {"mass_ratio": 0.1, "damping_ratio": 0.1, "clearance": 5.5, "restitution": 0.5}
     orbit = next(o for o in orbits(Parameters(frequency_ratio=1.0, **values)) if o.stable)
@@ -92,6 +94,7 @@ def assert_those_of_multipliers(cube: Any, orbit: Any, last: int, atol: float) -
         assert abs(float(cube.lyapunov_residual)) < 1e-9
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("rests", [False, True])
 def test_on_a_motion_with_dry_friction_they_are_its_multipliers(rests: bool) -> None:
     """Reversals shrink volumes; in a rest one direction vanishes."""
