@@ -158,6 +158,31 @@ def test_a_damper_whose_fresh_starts_move_further_gives_way_to_a_better_one(
     assert [one for one in of_steady if one not in search.near[steady]] == []
 
 
+def test_a_damper_without_fresh_starts_is_never_the_answer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """All dampers move further from fresh starts; with two rounds the third one is not tried."""
+    search = Search(WorstCase(machine_of(FRAME)))
+    dampers = [Sizes(5.0, gap, 0.7) for gap in (0.0036, 0.0037, 0.0038)]
+    moved = dict(zip([one.gap for one in dampers], (1.0, 1.1, 1.2), strict=True))
+    from_fresh = dict(zip(moved, (3.0, 2.0, 4.0), strict=True))
+
+    def rises(search: Search, damper: Sizes, seed: int) -> bool:
+        search.bounds[damper] = from_fresh[damper.gap]
+        return True
+
+    def measured(judge: WorstCase, chains: list[Chain]) -> np.ndarray:
+        return np.array([moved[point["gap"]] for chain in chains for point in chain])
+
+    monkeypatch.setattr(Search, "_rises", rises)
+    monkeypatch.setattr(search_module, "measure", measured)
+    monkeypatch.setattr(search_module, "_ROUNDS", 2)
+    found = search.best_of(dampers)
+    assert found == dampers[0]
+    assert search.checked(found) == dampers[1]
+    assert search.bounds[dampers[1]] == 2.0
+
+
 def test_no_random_start_leaves_the_free_mass_where_no_wall_comes() -> None:
     """Slow starts would stay idle for longer than a run; from exact rest they stay so for ever."""
     judge, damper = WorstCase(machine_of(FRAME)), Sizes(5.0, 0.004, 0.7)

@@ -340,8 +340,8 @@ class Machine(Settings):  # type: ignore[misc]
     @property
     def cases(self) -> str:
         """What a worst case is over."""
-        every = ("frequencies",) * (self.band is not None), ("starts",)
-        return ", ".join(sum(every, ()) + ("tolerances",) * self.has_tolerances)
+        frequencies = ["frequencies"] * (self.band is not None)
+        return ", ".join([*frequencies, "starts", *["tolerances"] * self.has_tolerances])
 
     @property
     def has_tolerances(self) -> bool:

@@ -94,15 +94,21 @@ class Search:
         return self.checked(found)
 
     def checked(self, found: Sizes) -> Sizes:
-        """Try the best damper by fresh random starts; the best one of all once they raise it."""
+        """Try the best damper by fresh random starts; the best one of all once they raise it.
+
+        When no round is left, the best one of those that were tried: another one might be the best
+        only because its rare motions were missed.
+        """
+        tried: list[Sizes] = []
         for seed in range(_ROUNDS):
             if self.show:
                 self.doing = "rounds of fresh starts, at most"
                 self.show(seed, _ROUNDS)
+            tried.append(found)
             if not self._rises(found, seed):
-                break
+                return found
             found = self.best_of(list(self.bounds))
-        return found
+        return self.best_of(list(dict.fromkeys(tried))) if tried else found
 
     def first_grid(self) -> list[Sizes]:
         """Gaps by masses and restitutions, within the room there is."""
