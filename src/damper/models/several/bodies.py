@@ -366,17 +366,25 @@ def pull_of(m: Mass, offset: float) -> float:
 @compiled
 def load_in(model: Several, ways: np.ndarray, offsets: np.ndarray) -> Load:
     """Load by the masses that move with the primary (`JOINED`) and by the friction of slides."""
-    joined, damping, stiffness, pull = 0.0, model.free.damping, 1.0, 0.0
+    load = Load(0.0, model.free.damping, 1.0, 0.0)
     for k in range(len(ways)):
-        m = mass_at(model, k)
-        if ways[k] == JOINED:
-            joined += m.ratio
-            damping += m.ratio * m.damping
-            stiffness += m.ratio * m.stiffness
-            pull += pull_of(m, float(offsets[k]))
-        else:
-            pull -= m.ratio * float(ways[k]) * m.friction
-    return Load(joined, damping, stiffness, pull)
+        load = loaded(load, mass_at(model, k), float(ways[k]), float(offsets[k]))
+    return load
+
+
+@compiled
+def loaded(load: Load, m: Mass, way: float, offset: float) -> Load:
+    """Load with a mass more, which slides a way or is `JOINED` at an offset from the primary."""
+    if way != JOINED:
+        return Load(
+            load.joined, load.damping, load.stiffness, load.pull - m.ratio * way * m.friction
+        )
+    return Load(
+        load.joined + m.ratio,
+        load.damping + m.ratio * m.damping,
+        load.stiffness + m.ratio * m.stiffness,
+        load.pull + m.ratio * (m.gravity + m.stiffness * offset),
+    )
 
 
 @compiled
@@ -523,32 +531,25 @@ def begin(model: Several, segment: SeveralSegment) -> Start:
 @compiled
 def begin_after(model: Several, s: SeveralSegment, osc: Oscillator, load: Load) -> Start:
     """As `begin`; the primary's oscillator is known for a load, which may be the same still."""
-    joined, damping, stiffness, pull, carried = 0.0, model.free.damping, 1.0, 0.0, 0.0
+    before, load, carried = load, Load(0.0, model.free.damping, 1.0, 0.0), 0.0
     lifting, way = -1, 0.0
     bodies = s.bodies
     for k in range(len(bodies)):
         m, b = mass_at(model, k), body_in(bodies, k)
-        if is_joined(b.mode):
-            joined += m.ratio
-            damping += m.ratio * m.damping
-            stiffness += m.ratio * m.stiffness
-            pull += pull_of(m, offset_of(m, b))
-            if b.mode == TAIL:
-                carried += b.side * m.ratio * b.rate
-        else:
-            pull -= m.ratio * (b.slip * m.friction)
+        joined = is_joined(b.mode)
+        load = loaded(load, m, JOINED if joined else b.slip, offset_of(m, b))
+        if joined and b.mode == TAIL:
+            carried += b.side * m.ratio * b.rate
         if b.completion == LIFTS and lifting < 0:
             lifting, way = k, b.slip
-    is_same = joined == load.joined and pull == load.pull
-    if not (is_same and damping == load.damping and stiffness == load.stiffness):
-        load = Load(joined, damping, stiffness, pull)
+    if load != before:
         osc = primary_with(model, load)
     phase = phase_at(osc.forcing, s.periods, s.time)
-    primary = motion_from(osc, s.x, s.v - carried / (1.0 + joined), phase)
+    primary = motion_from(osc, s.x, s.v - carried / (1.0 + load.joined), phase)
     if lifting >= 0:
         mass = flying(model.single, mass_at(model, lifting), way)
         primary = _lifting(mass, osc, primary)
-    return Start(osc, joined, primary, load, s.periods, s.time, s.v)
+    return Start(osc, load.joined, primary, load, s.periods, s.time, s.v)
 
 
 @by_class

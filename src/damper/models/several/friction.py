@@ -32,7 +32,6 @@ from damper.models.several.bodies import (
     GAP,
     MODE,
     RATE,
-    RATIO,
     SIDE,
     SLIP_DIRECTION,
     SPEED,
@@ -46,6 +45,7 @@ from damper.models.several.log import segment_of_all
 from damper.models.several.pinch import SHORTEST
 from damper.models.several.tails import (
     NextEvent,
+    change_by_rest,
     close_at_both_walls,
     decide_again,
     ends_now,
@@ -121,12 +121,7 @@ def _fading(model, s):
 def _stop(model, s, start, fades):
     """Take their speed from masses, in place; the change of the primary's velocity."""
     bodies = s.bodies
-    heavier, pushed = 1.0 + start.joined, 0.0
-    for k in range(len(bodies)):
-        ratio = float(fades[k] * model.masses[k, RATIO])
-        heavier += ratio
-        pushed += float(bodies[k, SIDE]) * ratio * float(bodies[k, RATE])
-    change = -pushed / heavier
+    change = change_by_rest(model, bodies, fades, start.joined)
     for k in range(len(bodies)):
         b = bodies[k]
         if fades[k] == 0.0:

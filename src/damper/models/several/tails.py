@@ -8,7 +8,6 @@ import numpy as np
 from damper.engine.bodies import WeightedSum, start_point
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class, by_class_or_default
-from damper.engine.oscillator import motion_from
 from damper.engine.search import GAVE_UP, EventPoint, first_root
 from damper.engine.segment import (
     FLIGHT,
@@ -29,7 +28,6 @@ from damper.models.several.bodies import (
     CLEARANCE,
     COMPLETION,
     GAP,
-    JOINED,
     LEVEL,
     MODE,
     MOST,
@@ -45,23 +43,22 @@ from damper.models.several.bodies import (
     SeveralSegment,
     Start,
     begin,
+    begin_after,
     body_in,
     flight_of,
     flight_of_body,
     flying,
     is_joined,
     law_of,
-    load_in,
     mass_at,
     offset_of,
     own_acceleration,
-    primary_with,
     restitution_of,
     segment_of,
     single_mass_view,
-    ways_in,
 )
 from damper.models.several.contacts import common_motion, negligible
+from damper.models.several.log import segment_of_all
 from damper.models.several.pinch import SHORTEST
 
 #: Acceleration, in units of F0/M, beyond which none is promised: weights are up to this.
@@ -323,6 +320,17 @@ def _loses(model, bodies, k):
 
 
 @compiled
+def change_by_rest(model: Several, bodies: np.ndarray, rests: np.ndarray, joined: float) -> float:
+    """Change of the primary's velocity where masses come to rest on it, those marked by 1."""
+    heavier, pushed = 1.0 + joined, 0.0
+    for k in range(len(bodies)):
+        ratio = float(rests[k] * model.masses[k, RATIO])
+        heavier += ratio
+        pushed += float(bodies[k, SIDE]) * ratio * float(bodies[k, RATE])
+    return -pushed / heavier
+
+
+@compiled
 def merge_at_rest(model: Several, s: SeveralSegment) -> float:
     """Let all rest at once that have nothing left, in place; the change of the primary's velocity.
 
@@ -341,14 +349,10 @@ def merge_at_rest(model: Several, s: SeveralSegment) -> float:
     change, last = 0.0, -1.0
     while np.sum(rests) > last:
         last = float(np.sum(rests))
-        heavier, pushed = 1.0 + start.joined, 0.0
         for k in range(len(bodies)):
             if is_negligible(model, s, start, k, change):
                 rests[k] = 1.0
-            ratio = float(rests[k] * model.masses[k, RATIO])
-            heavier += ratio
-            pushed += float(bodies[k, SIDE]) * ratio * float(bodies[k, RATE])
-        change = -pushed / heavier
+        change = change_by_rest(model, bodies, rests, start.joined)
     for k in range(len(bodies)):
         b = bodies[k]
         b[SLIP_DIRECTION] = 0.0 if rests[k] == 1.0 else b[SLIP_DIRECTION]
@@ -412,7 +416,7 @@ def _is_undisturbed(model, s, start, k, chatter):
     """Whether nothing happens to any other body while the sequence of one completes."""
     bodies, left, side = s.bodies, chatter.left, float(s.bodies[k, SIDE])
     share = chatter.ratio / (1.0 + start.joined + chatter.ratio)
-    together = _together(model, s, start, k, chatter.ratio)
+    together = _together(model, s, start, k)
     # Bounces carry the primary this far from the centre and are so fast, at most; twice that to be
     # sure.
     margin, slowest = 2.0 * share * chatter.rise, 2.0 * share * float(bodies[k, RATE])
@@ -440,17 +444,11 @@ def _is_undisturbed(model, s, start, k, chatter):
 
 
 @compiled
-def _together(model, s, start, k, ratio):
-    """The motion of the primary with all that chatter as body `k`, of this mass ratio."""
-    bodies, joined, offsets = s.bodies, start.joined + ratio, np.zeros(len(s.bodies))
-    ways = ways_in(bodies)
+def _together(model, s, start, k):
+    """The motion of the primary with all masses that chatter as mass `k` does."""
+    bodies = s.bodies.copy()
     for j in range(len(bodies)):
-        offsets[j] = offset_of(mass_at(model, j), body_in(bodies, j))
-        if j == k or _chatters_with(model, bodies, k, j):
-            ways[j] = JOINED
-    load = load_in(model, ways, offsets)
-    osc = primary_with(model, load)
-    v = s.v - float(bodies[k, SIDE]) * ratio / (1.0 + joined) * float(bodies[k, RATE])
-    return Start(
-        osc, joined, motion_from(osc, s.x, v, start.primary.phase), load, s.periods, s.time, s.v
-    )
+        if j == k or _chatters_with(model, s.bodies, k, j):
+            bodies[j, MODE], bodies[j, SLIP_DIRECTION] = TAIL, 0.0
+    here = segment_of_all(s.periods, s.time, s.x, s.v, bodies)
+    return begin_after(model, here, start.osc, start.load)
