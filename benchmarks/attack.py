@@ -1,6 +1,6 @@
 """Attack a small study while the workflow runs, and see whether the same command mends it.
 
-    PYTHONPATH=tests python tests/workflow/attack.py [kills] [full] [read-only] [two] [memory]
+    PYTHONPATH=tests python benchmarks/attack.py [kills] [full] [read-only] [two] [memory]
         [damage] [install]
 
 After each attack RECOVERY must end well and give the bytes of an undisturbed run. KILLS is the
