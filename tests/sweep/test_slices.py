@@ -61,8 +61,7 @@ def test_slice_holds_the_runs_of_its_axes() -> None:
 def test_a_changed_byte_is_noticed(tmp_path: Path) -> None:
     """Wherever it is: the file is refused, or holds what it held."""
     path = tmp_path / "slice.npz"
-    brief = {"transient": 0, "periods": 1, "observers": ["impacts"]}
-    part = simulate_slice({**FIXED, "restitution": 0.5}, {}, **brief)
+    part = SLICES["odd text"]()
     write_part(part, path)
     whole = path.read_bytes()
     refused = 0
