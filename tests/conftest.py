@@ -12,9 +12,17 @@ settings.register_profile("damper", deadline=None, derandomize=True)
 settings.load_profile("damper")
 
 
-#: What runs little of the engine. All else finds its code in the cache once the workflow, which
-#: comes before, has compiled it.
-LIGHT = ("tests/test_project.py", "tests/parameters/", "tests/study/", "tests/shell/")
+#: What takes longest, so that no worker is left alone with it at the end; then what runs little of
+#: the engine. All else finds its code in the cache once the workflow has compiled it.
+FIRST = (
+    "tests/workflow/",
+    "tests/test_quantities.py",
+    "tests/sweep/test_orbit_branches.py",
+    "tests/test_project.py",
+    "tests/parameters/",
+    "tests/study/",
+    "tests/shell/",
+)
 #: Tests of these rooms and files run plain Python, with all of their fixtures: to compile takes
 #: longer than a few short runs, and the bytes are the same (tests/engine/test_compiled.py). A test
 #: of long runs is marked `compiled`.
@@ -26,13 +34,13 @@ PLAIN = (
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Start with the workflow, which takes longest; end with what it compiles code for."""
-    items.sort(
-        key=lambda item: (
-            not item.nodeid.startswith("tests/workflow/"),
-            not item.nodeid.startswith(LIGHT),
-        )
-    )
+    """Start with what takes longest; end with what the workflow compiles code for."""
+
+    def place(item: pytest.Item) -> int:
+        known = (k for k, start in enumerate(FIRST) if item.nodeid.startswith(start))
+        return next(known, len(FIRST))
+
+    items.sort(key=place)
 
 
 @pytest.hookimpl(wrapper=True)
