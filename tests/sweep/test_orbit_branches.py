@@ -142,7 +142,7 @@ def test_a_branch_goes_on_where_a_rest_is_lost() -> None:
     """A rest of no length is a touch of no relative velocity: there the branch has a corner."""
     p = Parameters(0.1, 0.1121278925, 1.4504636963, 0.4709681468, 0.7743247236, 2.5399586938)
     orbit = periodic_orbit(replace(p, friction=0.0804231145))
-    branch = continue_orbit(orbit, "friction", 0.0, 1.0)
+    branch = continue_orbit(orbit, "friction", 0.0, 1.0, step=0.2)
     assert [point.kind for point in branch.special_points] == ["period doubling", "fold"]
     assert branch.values[0] == branch.values[-1] == 0.0
     last = max(k for k, each in enumerate(branch.orbits) if 4 in each.events["kind"])
@@ -478,7 +478,7 @@ def test_ends_of_the_asymmetric_branch(two_impacts: Branch) -> None:
     """Where it meets the symmetric one, whatever the range: beyond is its mirror image."""
     (breaking,) = points(two_impacts, "symmetry breaking")
     orbit = plain(two_impacts.switch)(breaking)
-    for ends in ((4.2, 5.4), (4.3, 5.2), (4.4, 5.4), (4.5, 5.0), (4.6, 4.7)):
+    for ends in ((4.2, 5.4), (4.5, 5.0), (4.6, 4.7)):
         branch = continue_orbit(orbit, "clearance", *ends)
         assert branch.ends[0] == f"clearance = {ends[0]!r} is the end of the range"
         assert branch.ends[1] == "meets symmetric motions near clearance = 4.61615"
@@ -515,7 +515,8 @@ def test_dataset(oscillator: Branch) -> None:
 
 def test_dataset_of_several_masses() -> None:
     p = replace(TWO_IMPACTS, clearance=3.0, masses=[{}, {"mass_ratio": 0.09, "clearance": 3.6}])
-    branch = continue_orbit(periodic_orbit(p), "clearance_1", 3.5, 3.7)
+    orbit = periodic_orbit(p, settle=30)
+    branch = continue_orbit(orbit, "clearance_1", 3.5, 3.7, step=0.5, max_orbits=2)
     data = branch.to_dataset()
     assert data.sizes == {"orbit": len(branch.orbits), "multiplier": 6, "body": 2, "point": 0}
     for name in ("x", "y", "u"):
