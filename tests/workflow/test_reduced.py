@@ -24,6 +24,7 @@ UNDRAWN = (
     "paper_a_clearance",
     "paper_a_frequency",
     "paper_a_histories",
+    "performance",
     "accumulation",
     "burst_duration",
     "stress",
@@ -119,14 +120,13 @@ def test_solvers_are_compared(reduced):
         assert timings.attrs["processor"]
 
 
-def test_the_engine_keeps_the_laws_in_the_reduced_stress_studies(reduced):
-    for study in ("stress", "stress_random"):
-        with xr.open_dataset(reduced / f"results/ci/{study}/cube.nc") as cube:
-            assert cube.status.size >= 100
-            assert not broken({n: cube[n].values for n in (*LAW_NAMES, "segments")}).any()
-            assert cube.penetration.max() < 1e-12
-            # It finished, or its event budget says so.
-            assert set(np.unique(cube.status)) <= {0, 1}
+def test_the_engine_keeps_the_laws_in_the_reduced_study_of_extremes(reduced):
+    with xr.open_dataset(reduced / "results/ci/stress_random/cube.nc") as cube:
+        assert cube.status.size >= 100
+        assert not broken({n: cube[n].values for n in (*LAW_NAMES, "segments")}).any()
+        assert cube.penetration.max() < 1e-12
+        # It finished, or its event budget says so.
+        assert set(np.unique(cube.status)) <= {0, 1}
 
 
 def test_times_are_not_taken_again_for_a_figure(reduced, tmp_path):
@@ -206,11 +206,8 @@ def test_the_texts_of_the_page_count_by_content_and_may_be_missing(reduced, tmp_
 def test_same_bytes_from_an_empty_results_folder(reduced, tmp_path):
     """A study from its first job on, and what is made of all of them."""
     made = digests(reduced / "results")
-    asked = [
-        "ci/restitution/cube.nc",
-        "ci/restitution/tables/paper_b_table.md",
-    ]
-    asked += ["ci/restitution/figures/bifurcation_mass_ratio~0.05.svg"]
+    study = "ci/restitution"
+    asked = [f"{study}/cube.nc", f"{study}/figures/paper_b_fig_1.svg"]
     other = copy_project(tmp_path)
     # The marks alone: the compiled code is elsewhere, and serves both.
     for marks in (reduced / "results/ci").glob("compiled*"):
