@@ -111,6 +111,9 @@ def test_scales_and_ticks_are_those_of_the_values() -> None:
     assert ax.get_xscale() == "log"
     assert all(tick == round(tick) for tick in ax.get_yticks())
     assert curves(cube_of(), lines="mass_ratio").axes[0].get_xscale() == "linear"
+    # Any two values keep a ratio.
+    two = made_up({"clearance": [0.1, 1.0]}, chatter=[0, 1])
+    assert curves(two, "chatter", along="clearance").axes[0].get_xscale() == "linear"
 
 
 # --- the ratio 1, stopped runs, logarithms
