@@ -68,7 +68,7 @@ class Frictions(NamedTuple):
     """Dry friction of free masses and their boxes."""
 
 
-class Mass(NamedTuple):
+class MassConstants(NamedTuple):
     """Constants of a free mass, a row of `Several.masses`."""
 
     ratio: float
@@ -86,7 +86,7 @@ class Mass(NamedTuple):
     """Acceleration by dry friction while it slides."""
 
 
-class Body(NamedTuple):
+class MassState(NamedTuple):
     """State of a free mass, the first columns of `SeveralSegment.bodies`."""
 
     gap: float
@@ -127,7 +127,7 @@ class Several(NamedTuple):
     alone: Oscillator
     """The primary without a mass, of the same class as with masses."""
     masses: np.ndarray
-    """A `Mass` in each row."""
+    """A `MassConstants` in each row."""
     friction: Any
     """`Frictions`, or `NoFriction` where no mass rubs on its box."""
 
@@ -273,25 +273,25 @@ def _driven_weighed(forcing, damping, stiffness, strength, weight):
 # references, which costs as much as some twenty operations.
 
 
-_read_mass, _with_friction = reader(Mass), changed(Mass, "friction")
-body_in, put_body = reader(Body), writer(Body)
+_read_mass, _with_friction = reader(MassConstants), changed(MassConstants, "friction")
+body_in, put_body = reader(MassState), writer(MassState)
 
 
 @compiled
-def mass_at(model: Several, k: int) -> Mass:
+def mass_at(model: Several, k: int) -> MassConstants:
     """Constants of a mass."""
     m = _read_mass(model.masses, k)
     return _with_friction(m, known_friction(model.friction, m.friction))
 
 
 @compiled
-def flying(single: Rigid, m: Mass, way: float) -> Any:
+def flying(single: Rigid, m: MassConstants, way: float) -> Any:
     """A free mass in flight, which rubs on its box where it goes a `way`."""
     return _with_weight(single.mass, m, -(m.gravity + way * m.friction))
 
 
 @by_class
-def _with_weight(mass: Any, m: Mass, acceleration: float) -> Any:
+def _with_weight(mass: Any, m: MassConstants, acceleration: float) -> Any:
     """A free mass on its support, with a constant acceleration."""
 
 
@@ -309,14 +309,14 @@ def _supported_with_weight(mass, m, acceleration):
 
 
 @compiled
-def offset_of(m: Mass, b: Body) -> float:
+def offset_of(m: MassConstants, b: MassState) -> float:
     """Displacement of a mass less the primary's."""
     return b.side * (m.clearance - b.gap)
 
 
 @compiled
 def own_acceleration(
-    single: Rigid, m: Mass, b: Body, x: float, v: float, phase: Any, way: float
+    single: Rigid, m: MassConstants, b: MassState, x: float, v: float, phase: Any, way: float
 ) -> float:
     """Acceleration of a mass that nothing holds, beside the primary, sliding a way."""
     return acceleration_of(flying(single, m, way), x + offset_of(m, b), v, phase)
@@ -358,7 +358,7 @@ def primary_with(model: Several, load: Load) -> Oscillator:
 
 
 @compiled
-def pull_of(m: Mass, offset: float) -> float:
+def pull_of(m: MassConstants, offset: float) -> float:
     """Constant force to the left of a mass that moves with the primary at an offset."""
     return m.ratio * (m.gravity + m.stiffness * offset)
 
@@ -373,7 +373,7 @@ def load_in(model: Several, ways: np.ndarray, offsets: np.ndarray) -> Load:
 
 
 @compiled
-def loaded(load: Load, m: Mass, way: float, offset: float) -> Load:
+def loaded(load: Load, m: MassConstants, way: float, offset: float) -> Load:
     """Load with a mass more, which slides a way or is `JOINED` at an offset from the primary."""
     if way != JOINED:
         return Load(
@@ -389,7 +389,7 @@ def loaded(load: Load, m: Mass, way: float, offset: float) -> Load:
 
 @compiled
 def single_mass_view(
-    single: Rigid, m: Mass, start: Start, ratio: float, side: float, way: float
+    single: Rigid, m: MassConstants, start: Start, ratio: float, side: float, way: float
 ) -> Rigid:
     """The damper of one free mass of this ratio; its primary carries the masses that stick.
 
@@ -404,7 +404,7 @@ _view = changed(Rigid, "mass_ratio", "clearance", "law", "free", "stuck", "mass"
 
 
 @compiled
-def segment_of(b: Body, start: Start) -> Segment:
+def segment_of(b: MassState, start: Start) -> Segment:
     """The segment of one body, as a damper with this one alone has it.
 
     In a tail that is in the frame of the centre of all that it joins.
@@ -442,7 +442,7 @@ def _flight_of_driven(mass, start, view, segment):
 
 
 @compiled
-def flight_of_body(single: Rigid, m: Mass, b: Body, start: Start) -> tuple:
+def flight_of_body(single: Rigid, m: MassConstants, b: MassState, start: Start) -> tuple:
     """The flight of one mass: its segment, its damper of one mass, the start of the flight."""
     seg = segment_of(b, start)
     view = single_mass_view(single, m, start, 0.0, b.side, b.slip)
@@ -568,12 +568,12 @@ def _lifting_driven(mass, osc, primary):
 
 
 @compiled
-def law_of(m: Mass, side: float) -> YieldingRestitution:
+def law_of(m: MassConstants, side: float) -> YieldingRestitution:
     """Contact law of a mass at one of its walls."""
     return YieldingRestitution(restitution_of(m, side), m.yields)
 
 
 @compiled
-def restitution_of(m: Mass, side: float) -> float:
+def restitution_of(m: MassConstants, side: float) -> float:
     """Coefficient of restitution of a mass at one of its walls, at low speeds."""
     return m.left if side < 0.0 else m.right

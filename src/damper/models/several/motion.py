@@ -28,7 +28,7 @@ from damper.models.several.bodies import (
     SLIP_DIRECTION,
     SPEED,
     VELOCITY,
-    Body,
+    MassState,
     Several,
     SeveralSegment,
     Start,
@@ -123,7 +123,7 @@ def _body_after(single, m, b, start, moved, tau):
 
 
 _later = changed(
-    Body,
+    MassState,
     *("gap", "rate", "speed", "completion", "previous", "place", "velocity", "alone", "arrives"),
 )
 

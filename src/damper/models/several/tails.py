@@ -37,8 +37,8 @@ from damper.models.several.bodies import (
     SLIP_DIRECTION,
     SPEED,
     WALL,
-    Body,
-    Mass,
+    MassConstants,
+    MassState,
     Several,
     SeveralSegment,
     Start,
@@ -80,8 +80,8 @@ class NextEvent(NamedTuple):
 def next_event(
     friction: Any,
     single: Rigid,
-    m: Mass,
-    b: Body,
+    m: MassConstants,
+    b: MassState,
     start: Start,
     last: float,
     margin: float,
@@ -146,7 +146,7 @@ def _is_balanced(here: EventPoint, width: float) -> bool:
     return here.growth == 0.0 and largest <= here.roundoff
 
 
-class Chatter(NamedTuple):
+class ChatterSequence(NamedTuple):
     """Rest of a chatter sequence."""
 
     left: float
@@ -173,7 +173,7 @@ def close(model: Several, s: SeveralSegment, start: Start) -> tuple[float, bool]
             b = body_in(s.bodies, k)
             if b.mode != FLIGHT or b.gap != 0.0 or b.cause == NOTHING:
                 continue
-            chatter = Chatter(math.inf, 0.0, 0.0)
+            chatter = ChatterSequence(math.inf, 0.0, 0.0)
             if b.rate > 0.0:
                 ratio = _chattering_with(model, s.bodies, k)
                 chatter = _chatter_of(model.single, mass_at(model, k), b, start, ratio)
@@ -203,7 +203,7 @@ def close_at_both_walls(
 
 @by_class
 def ends_now(
-    friction: Any, model: Several, s: SeveralSegment, start: Start, k: int, chatter: Chatter
+    friction: Any, model: Several, s: SeveralSegment, start: Start, k: int, chatter: ChatterSequence
 ) -> bool:
     """Whether a sequence has less left than what counts as none."""
 
@@ -236,7 +236,7 @@ def _chatter_of(single, m, b, start, ratio):
     rise = 0.25 * seg.gap_rate * left * part
     if not (error <= single.tolerance and rise <= view.clearance):
         left = math.inf
-    return Chatter(left, rise, ratio)
+    return ChatterSequence(left, rise, ratio)
 
 
 @compiled

@@ -1,7 +1,7 @@
 """What solvers with a fixed step share: the problem, the step's ends, forces, and the result.
 
-A method is a compiled function of a `Problem` that returns a `Run`. All of it is compiled, as the
-engine is: methods are compared, not languages.
+A method is a compiled function of a `SteppedScene` that returns a `SteppedRun`. All of it is
+compiled, as the engine is: methods are compared, not languages.
 """
 
 import math
@@ -24,7 +24,7 @@ _BLOWN_UP = 1e6
 _SLIVER = 1e-9
 
 
-class Problem(NamedTuple):
+class SteppedScene(NamedTuple):
     """A scene with a step, and what ends a run early."""
 
     mu: float
@@ -47,7 +47,7 @@ class Problem(NamedTuple):
     """Evaluations of the acceleration."""
 
 
-class Run(NamedTuple):
+class SteppedRun(NamedTuple):
     """What a method returns."""
 
     outcome: int
@@ -65,7 +65,9 @@ class Run(NamedTuple):
 NO_EVENT = (0.0, -1.0, 0.0, 0.0)
 
 
-def fixed_step(evaluations_per_second: float, method: Callable[[Problem], Run]) -> Solver:
+def fixed_step(
+    evaluations_per_second: float, method: Callable[[SteppedScene], SteppedRun]
+) -> Solver:
     """Make the solver of a method with a number of steps per forcing period."""
 
     def solve(scene: Scene, setting: float, max_evaluations: int) -> Solution:
@@ -75,7 +77,7 @@ def fixed_step(evaluations_per_second: float, method: Callable[[Problem], Run]) 
         # grow by no more than 1 per unit of time.
         size = abs(s.x) + abs(s.v) + abs(s.y) + abs(s.u) + p.clearance
         run = method(
-            Problem(
+            SteppedScene(
                 *(p.mass_ratio, p.damping_ratio, p.frequency_ratio),
                 *(p.clearance, p.restitution, p.phase),
                 *(s.x, s.v, s.y, s.u, s.time, scene.until),
@@ -97,26 +99,26 @@ def fixed_step(evaluations_per_second: float, method: Callable[[Problem], Run]) 
 
 
 @compiled
-def end_of(p: Problem, index: int) -> float:
+def end_of(p: SteppedScene, index: int) -> float:
     """End of a step, which are counted from 1; of step 0 the start."""
     return p.until if index == p.steps and index > 0 else p.start + index * p.step
 
 
 @compiled
-def has_blown_up(p: Problem, x: float, v: float) -> bool:
+def has_blown_up(p: SteppedScene, x: float, v: float) -> bool:
     """Whether the primary is beyond the limit, or nowhere."""
     return not (abs(x) <= p.limit and abs(v) <= p.limit)
 
 
 @compiled
-def force_at(p: Problem, time: float) -> float:
+def force_at(p: SteppedScene, time: float) -> float:
     """Return the forcing, of amplitude 1."""
     return math.sin(p.omega * time + p.phase)
 
 
 @compiled
 def rk4(
-    p: Problem, mass: float, x: float, v: float, time: float, step: float
+    p: SteppedScene, mass: float, x: float, v: float, time: float, step: float
 ) -> tuple[float, float]:
     """Return a classical Runge-Kutta step of mass x'' + 2 zeta x' + x = sin(omega t + phase).
 
@@ -141,7 +143,7 @@ def rk4(
 
 @compiled
 def wall_acceleration(
-    p: Problem, mass: float, x: float, v: float, time: float, side: float
+    p: SteppedScene, mass: float, x: float, v: float, time: float, side: float
 ) -> tuple[float, float]:
     """How a wall accelerates towards the free mass, and how that changes: -side x'', -side x'''.
 
@@ -154,14 +156,20 @@ def wall_acceleration(
 
 
 @compiled
-def kick(p: Problem, side: float, speed: float) -> float:
+def kick(p: SteppedScene, side: float, speed: float) -> float:
     """Change of the primary's velocity by an impact."""
     return side * p.mu * (1.0 + p.r) / (1.0 + p.mu) * speed
 
 
 @compiled
 def sticks(
-    p: Problem, x: float, common: float, time: float, side: float, rebound: float, longest: float
+    p: SteppedScene,
+    x: float,
+    common: float,
+    time: float,
+    side: float,
+    rebound: float,
+    longest: float,
 ) -> bool:
     """Whether masses stick after an impact: the wall pushes, and the flight back is short.
 

@@ -74,7 +74,7 @@ def _run(p):
                 stuck, last = False, parted
                 events.append((parted, RELEASE, wall, 0.0))
         acted = impulse > 0.0
-    return steps.Run(outcome, time, evaluations, deepest, (x, v, y, u), events)
+    return steps.SteppedRun(outcome, time, evaluations, deepest, (x, v, y, u), events)
 
 
 @compiled

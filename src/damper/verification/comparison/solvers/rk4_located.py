@@ -86,7 +86,7 @@ def _run(p):
             outcome = steps.FAILURE
             break
     y = x + side * (p.d - gap)
-    return steps.Run(outcome, time, evaluations, deepest, (x, v, y, v - side * rate), events)
+    return steps.SteppedRun(outcome, time, evaluations, deepest, (x, v, y, v - side * rate), events)
 
 
 @compiled

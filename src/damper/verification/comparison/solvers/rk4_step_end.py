@@ -65,7 +65,7 @@ def _run(p):
         if steps.has_blown_up(p, x, v):
             outcome = steps.FAILURE
             break
-    return steps.Run(outcome, time, evaluations, deepest, (x, v, y, u), events)
+    return steps.SteppedRun(outcome, time, evaluations, deepest, (x, v, y, u), events)
 
 
 SOLVER = steps.fixed_step(3e7, _run)
