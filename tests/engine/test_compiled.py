@@ -568,3 +568,14 @@ def test_unknown_names_are_refused() -> None:
     with pytest.raises(AttributeError, match="module 'damper' has no attribute 'nonsense'"):
         damper.nonsense  # noqa: B018
     assert {"Parameters", "State", "events"} <= set(dir(damper))
+
+
+@pytest.mark.parametrize("name", ["NUMBA_CACHE_DIR", "XDG_CACHE_HOME"])
+def test_an_empty_variable_names_no_folder(monkeypatch, name):
+    """It would put the cache into the present folder."""
+    for one in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(one, raising=False)
+    usual = compiled.cache_folder()
+    monkeypatch.setenv(name, "")
+    assert compiled.cache_folder() == usual
+    assert usual.is_absolute()

@@ -61,14 +61,14 @@ def source_digest() -> str:
 
 
 def _cache_root() -> Path:
-    if "NUMBA_CACHE_DIR" in os.environ:
-        return Path(os.environ["NUMBA_CACHE_DIR"]) / "damper"
+    if given := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(given) / "damper"
     if sys.platform == "win32":
         base = os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local")
     elif sys.platform == "darwin":
         base = Path.home() / "Library" / "Caches"
     else:
-        base = os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")
+        base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "damper"
 
 
