@@ -277,7 +277,9 @@ class Compiled:
                 # numba reads this when it decorates; other packages' caches keep their place.
                 numba.config.CACHE_DIR = str(_folder) if _folder else ""
                 try:
-                    self._outer = numba.njit(cache=_folder is not None, **OPTIONS)(self.py_func)
+                    # numba keeps no code of a function that is in no file (`damper.engine.tuples`).
+                    kept = _folder is not None and Path(self.py_func.__code__.co_filename).exists()
+                    self._outer = numba.njit(cache=kept, **OPTIONS)(self.py_func)
                 finally:
                     numba.config.CACHE_DIR = before
         return self._outer
