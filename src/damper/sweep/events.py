@@ -201,8 +201,9 @@ def events(
         reversal, where it slides back at once (`damper.IMPACT`, `damper.STICK`, ... are these
         numbers); `side` -1 left wall, +1 right (0 where there is
         none); `approach_speed` just before an impact, else 0; `x` and `v`, the
-        primary's displacement and velocity just after; `period` whole cycles P (of `cycle`) from
-        time 0 and `time_in_cycle` with 0 <= `time_in_cycle` < P. These two stay sharp after
+        primary's displacement and velocity just after; `cycle` the number of whole cycles, of
+        length P, from time 0 and `time_in_cycle` with 0 <= `time_in_cycle` < P. These two stay
+        sharp after
         any number of cycles, while `time` is the rounded sum cycle * P + time_in_cycle. A
         completed burst is its individually resolved impacts and then one stick row at the
         accumulation time. With several masses there is also `body`, the number of the one that it

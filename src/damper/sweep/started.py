@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from inspect import cleandoc
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from damper.engine.loop import FINISHED
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.lazy import xr
-from damper.parameters.run import EngineSettings, settings_text
+from damper.parameters.quantity import real
 from damper.sweep.events import EventTable, Started
 
 #: Variable -> its place in a state, and its meaning.
@@ -40,11 +39,12 @@ class OngoingRun:
 
     def __init__(self, started: Started) -> None:
         self._started = started
-        self._log = np.empty((0, started.trajectory.columns))
         self.parameters = started.parameters
         self.time = started.begun * started.units.time
-        self._returned = 0
-        self._run_to(self.time)
+        #: Whole segments in pieces, and the last one, which is cut where the run has stopped.
+        self._pieces: list[np.ndarray] = []
+        self._cut = np.empty((0, started.trajectory.columns))
+        self._new = self._run_to(self.time)
 
     def __repr__(self) -> str:
         return f"<run of {self.parameters}\n at time {self.time:.6g}: {len(self.events)} events>"
@@ -70,25 +70,23 @@ class OngoingRun:
         TypeError
             For what is not a number.
         """
-        if isinstance(until, int | float) and until < self.time:
+        if real("until", until) < self.time:
             raise ValueError(f"until = {until!r}: must be >= {self.time!r}, the time reached")
         if self._started.trajectory.status != FINISHED:
             raise ValueError(f"the run stopped early, at {self.events['time'][-1]!r}")
-        self._run_to(until)
-        found = self.events
-        self._returned, before = len(found), self._returned
-        return found[before:]
+        found, self._new = [*self._new, *self._run_to(until)], []
+        return self._started.table(found)
 
     @property
     def events(self) -> EventTable:
         """All events so far, as `damper.events` gives them."""
         started = self._started
-        return started.table([started.events_in(self._log), *started.stopped(self._log[-1:])])
+        return started.table([started.events_in(self._log), *started.stopped(self._cut)])
 
     @property
     def state(self) -> State:
         """The state at `time`, from which `damper.start` and `damper.events` can go on."""
-        x, v, y, u = self._state_at(self.time)
+        x, v, y, u = self._state_at(self.time, self._cut)
         units = self._started.units
         state = State(x, v, y, u, self.time / units.time)
         return state.times(units)
@@ -119,8 +117,9 @@ class OngoingRun:
         if len(outside):
             first = float(outside[0])
             raise ValueError(f"times: {first!r} is outside the run, {begun!r} to {self.time!r}")
-        states = [self._state_at(moment) for moment in moments.tolist()]
-        several = self._log.shape[1] > segment.COLUMNS
+        log = self._log
+        states = [self._state_at(moment, log) for moment in moments.tolist()]
+        several = self._cut.shape[1] > segment.COLUMNS
         units = self._started.units
         found = {}
         for name, (place, meaning) in _MOTION.items():
@@ -130,17 +129,27 @@ class OngoingRun:
             found[name] = (dims, values, {"long_name": meaning})
         return xr.Dataset(found, {"time": ("time", moments, {"long_name": "time"})})
 
-    def _run_to(self, until: float) -> None:
-        pieces = [piece.copy() for piece in self._started.pieces(until)]
-        # The last segment was cut; the run has computed it again.
-        self._log = np.concatenate([self._log[:-1], *pieces])
-        self.time = float(until)
-        if self._started.trajectory.status != FINISHED:
-            self.time = float(self.events["time"][-1])
+    @property
+    def _log(self) -> np.ndarray:
+        return np.concatenate([*self._pieces, self._cut])
 
-    def _state_at(self, time: float) -> tuple[float, float, Any, Any]:
-        """Dimensionless state, after what happens at that time."""
-        trajectory, log = self._started.trajectory, self._log
+    def _run_to(self, until: float) -> list[np.ndarray]:
+        """Run on to a time and return the events that are new."""
+        started = self._started
+        rows = np.concatenate([piece.copy() for piece in started.pieces(until)])
+        # The run computes the segment that was cut again; its event is known.
+        new = [started.events_in(rows[len(self._cut) :])]
+        self._pieces.append(rows[:-1])
+        self._cut = rows[-1:]
+        new += started.stopped(self._cut)
+        self.time = float(until)
+        if started.trajectory.status != FINISHED:
+            self.time = float(started.table(new)["time"][-1])
+        return new
+
+    def _state_at(self, time: float, log: np.ndarray) -> tuple[float, float, Any, Any]:
+        """Dimensionless state after the events of that time, by rows of the log about it."""
+        trajectory = self._started.trajectory
         periods, rest = trajectory.whole_periods(time / self._started.units.time)
         elapsed = (periods - log[:, segment.PERIODS]) * trajectory.cycle + (
             rest - log[:, segment.TIME]
@@ -162,17 +171,8 @@ def start(
 
     Parameters
     ----------
-    parameters : Parameters or SIParameters, optional
-        With SIParameters, times are in s, lengths in m and speeds in m/s throughout.
-    state : State, optional
-        Where it starts; from rest with y = 0 at time 0 when not given.
-
-    Other Parameters
-    ----------------
-    {engine}
-    **values
-        Parameters and initial quantities by name, as `damper.simulate` takes them, in place of
-        `parameters` and `state` or of single values of theirs.
+    parameters, state, accuracy, max_events, **values
+        As for `damper.events`.
 
     Returns
     -------
@@ -195,6 +195,3 @@ def start(
     [0.2065, 0.8115]
     """
     return OngoingRun(Started(parameters, state, accuracy, max_events, values))
-
-
-start.__doc__ = cleandoc(start.__doc__ or "").replace("{engine}\n", settings_text(EngineSettings))
