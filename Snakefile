@@ -17,7 +17,7 @@ include: "workflow/rules/report.smk"
 
 
 if VERIFY:
-    sys.exit(verify())
+    sys.exit(verify(os.environ["DAMPER_VERIFY"].split()))
 
 
 # They take seconds: a cluster's queue is not asked.

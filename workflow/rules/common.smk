@@ -14,6 +14,7 @@ from snakemake.exceptions import WorkflowError
 
 try:
     from damper.papers.statements import STATEMENTS
+    from damper.parameters.names import unknown_name
     from damper.parameters.quantities import MODEL_NAMES
     from damper.report.stopped import stopped_lines
     from damper.report.workflow import JobSettings, cost_by_stage, failed_lines, left_over, redate
@@ -138,23 +139,28 @@ def rerun_if_changed(*patterns, needs=None):
     return mark
 
 
-def expected():
-    """Return the files that should exist: those of the default run, and of all that was begun."""
-    studies = [
-        study
-        for name, study in CONFIG.studies.items()
-        if name in DEFAULT or Path(RESULTS, name).is_dir()
-    ]
-    page = [*claims_if_complete(), *PAGE_FILES] if COMPLETE else []
-    return [path for study in studies for path in everything_of(study)] + page
+def begun():
+    """Return the names of the studies of the default run, and of all that was begun."""
+    return [n for n in CONFIG.studies if n in DEFAULT or Path(RESULTS, n).is_dir()]
 
 
-def verify():
-    """Print which results are not as they should be, and return the status of `damper verify`."""
-    # Verdicts and page may be of another selection of studies.
-    lines, wrong = MADE.verify(
-        CHECKED, expected(), lambda path: Path(path).parent == Path(RESULTS) and not COMPLETE
-    )
+def verify(names):
+    """Print which results are not as they should be, and return the status of `damper verify`.
+
+    `names` are those of the studies it is asked for; none are all, with verdicts and page. Those may
+    be of another selection of studies.
+    """
+    for name in names:
+        if name not in CONFIG.studies:
+            return f"damper verify: {unknown_name('study', name, CONFIG.studies)}"
+    page = [*claims_if_complete(), *PAGE_FILES] if COMPLETE and not names else []
+    expected = [path for n in names or begun() for path in everything_of(CONFIG.studies[n])] + page
+
+    def skip(path):
+        first, *below = Path(path).relative_to(RESULTS).parts
+        return first not in names if names else not below and not COMPLETE
+
+    lines, wrong = MADE.verify(CHECKED, expected, skip)
     print(*lines, sep="\n")
     return wrong
 

@@ -219,18 +219,26 @@ def new(name: str) -> None:
 @main.command(options_metavar="", context_settings={"ignore_unknown_options": True})
 @click.argument("options", nargs=-1, type=click.UNPROCESSED)
 def verify(options: tuple[str, ...]) -> None:
-    """Check all results, byte by byte, and make nothing.
+    """Check all results, or those of studies by name, byte by byte, and make nothing.
 
     A line for each that is damaged, out of date or missing, and how many are sound; the exit status
-    is 1 if one is not. OPTIONS are those of the run, such as `--configfile config/ci.yaml`.
+    is 1 if one is not. OPTIONS are those of the run, such as `--configfile config/ci.yaml`, and
+    names of studies stand where the run has its targets.
+
+    \b
+    damper verify
+    damper verify restitution border
     """
     if not Path("Snakefile").exists():
         raise click.ClickException("no Snakefile here: this is not the project's folder")
     if not importlib.util.find_spec("snakemake"):
         raise click.ClickException("Snakemake is missing: pip install -e '.[fast,workflow]'")
-    # The Snakefile knows what each result is to be made of.
+    from snakemake.cli import get_argument_parser
+
+    names = get_argument_parser().parse_known_args(options)[0].targets
+    # The Snakefile knows what each result is to be made of, but not its targets while it is read.
     command = [sys.executable, "-m", "snakemake", "--quiet=all", "--dry-run", *options]
-    raise SystemExit(subprocess.call(command, env=os.environ | {"DAMPER_VERIFY": "1"}))
+    raise SystemExit(subprocess.call(command, env=os.environ | {"DAMPER_VERIFY": " ".join(names)}))
 
 
 @main.command()
