@@ -246,10 +246,11 @@ def test_figures_take_the_values_that_runs_take() -> None:
         **CHAOS | {"clearance": [0.05, 0.06]}, restitution=[0.3, 0.5, 0.7], transient=1, periods=2
     )
     words = "restitution = 0.61 is no value of the cube: the nearest, 0.7, is taken"
-    with pytest.warns(UserWarning, match=words):
+    with pytest.warns(UserWarning, match=words) as first:
         assert cube.damper.run(restitution=0.61).parameters.restitution == 0.7
-    with pytest.warns(UserWarning, match=words):
+    with pytest.warns(UserWarning, match=words) as second:
         figure = two.damper.bifurcation("clearance", at={"restitution": 0.61})
+    assert [one.filename for one in (*first, *second)] == [__file__] * 2
     assert "$r$ = 0.7" in figure.get_suptitle()
     for beyond in (0.19, 0.81):
         with pytest.raises(ValueError, match=f"restitution = {beyond}: outside the cube"):

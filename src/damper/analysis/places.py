@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -14,6 +13,7 @@ from damper.parameters.lazy import pd, xr
 from damper.parameters.names import unknown_name
 from damper.parameters.quantities import ALL, check_quantity, quantities_in
 from damper.parameters.units import own_number
+from damper.parameters.warned import warn
 from damper.sweep.grid import product
 
 #: Values of an axis, as they come.
@@ -94,7 +94,7 @@ def value_on(axis: xr.DataArray, value: Any) -> Any:
         )
     if abs(nearest - value) > _ROUNDING * abs(values).max():
         words = f"{name} = {value!r} is no value of the cube: the nearest, {nearest!r}, is taken"
-        warnings.warn(words, stacklevel=3)
+        warn(words)
     return nearest
 
 

@@ -20,7 +20,6 @@ import shutil
 import sys
 import threading
 import time
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache, update_wrapper, wraps
@@ -30,6 +29,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 
 from damper.engine.terminal import saying
+from damper.parameters.warned import warn
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
@@ -83,8 +83,7 @@ def _warn(trouble: str) -> None:
     global _warned
     if not _warned:
         _warned = True
-        text = f"the cache of compiled code: {trouble}; compiling without it"
-        warnings.warn(text, RuntimeWarning, stacklevel=2)
+        warn(f"the cache of compiled code: {trouble}; compiling without it", RuntimeWarning)
 
 
 def cache_trouble() -> str:
