@@ -144,6 +144,17 @@ def test_changes_rerun_just_what_hangs_on_them(made):
     assert (made / "results/pushed" / push.name).read_bytes() == push.read_bytes()
 
 
+def test_a_process_of_one_job_reads_no_record_of_another(small):
+    """Such as a job on a cluster: what has no sample would be refused."""
+    write_small(small, figures={"model": MODEL})
+    push = add_pushed(small)
+    snakemake(small, "-n")
+    push.write_text("")
+    target = ("--target-jobs", "figure_0_of_small:", "--allowed-rules", "figure_0_of_small")
+    snakemake(small, "--mode", "subprocess", *target)
+    assert (small / "results/small/figures/model.svg").exists()
+
+
 def test_edit_in_the_package_reruns_what_depends_on_it(made):
     """Decisions are the same without Snakemake's records, which a clone does not have."""
     shutil.rmtree(made / ".snakemake")

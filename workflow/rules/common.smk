@@ -41,7 +41,10 @@ if not workflow.config_settings.replace_workflow_config:
     CONFIG_FILES.insert(0, Path("config/config.yaml"))
 
 try:
-    CONFIG = load_config(workflow.config_settings.config, HOME, CONFIG_FILES)
+    # A process that makes one job of a run, such as on a cluster, reads no record but its own.
+    CONFIG = load_config(
+        workflow.config_settings.config, HOME, CONFIG_FILES, not workflow.is_main_process
+    )
 except ConfigError as error:
     # Just the message (file, key, value, what is allowed, nearest name); a WorkflowError would add
     # the line of this file that found the mistake.

@@ -38,6 +38,8 @@ def engine_of(model, studies, part="engine"):
 
     One process compiles what these share only once. A few short runs are done sooner without.
     """
+    if not workflow.is_main_process:  # which has waited for it
+        return []
     using = [s for s in studies if model in models_of(s.name) and part in parts_of(s.name)]
     more = any(study.orbits for study in using)
     if not more and sum(taken_by(study.name).run_seconds for study in using) < PLAIN_SECONDS:

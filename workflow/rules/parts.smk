@@ -5,8 +5,11 @@ The kind of study says what its jobs do (`damper.study.jobs`); here they become 
 
 
 def jobs_of(ask):
-    """Return the jobs that `ask` names of each study: (study, name of the job) -> job."""
-    return {(n, name): j for n, study in CONFIG.studies.items() for name, j in ask(study).items()}
+    """Return the jobs that `ask` names of each study, each as a function that returns it."""
+    found = {name: ask(study) for name, study in CONFIG.studies.items()}
+    return {
+        (n, name): partial(jobs.__getitem__, name) for n, jobs in found.items() for name in jobs
+    }
 
 
 PARTS = jobs_of(lambda study: study.parts(ENGINE))
@@ -22,8 +25,9 @@ def file_path(study, file):
     return f"{RESULTS}/{study}/{file}"
 
 
-def settings_of_job(study, script, job):
+def settings_of_job(study, script, find):
     """Return the settings of a job of a study."""
+    job = find()
     return {
         "module": job.module,
         "settings": job.settings,
@@ -45,7 +49,7 @@ for jobs, by, path_of in (
 def needs_of(jobs):
     """Input function: the parts that one of these jobs needs."""
     return lambda wildcards: [
-        part_path(wildcards.study, part) for part in jobs[tuple(wildcards)].needs
+        part_path(wildcards.study, part) for part in jobs[tuple(wildcards)]().needs
     ]
 
 
@@ -53,7 +57,7 @@ def compiled_before(jobs):
     """Input function: the marks that the code which one of these jobs runs is compiled."""
 
     def marks(wildcards):
-        study, wanted = CONFIG.studies[wildcards.study], jobs[tuple(wildcards)].compiled
+        study, wanted = CONFIG.studies[wildcards.study], jobs[tuple(wildcards)]().compiled
         if wanted == ("engine",):
             return compiled_for(study)
         return compiled(study.models, wanted) if wanted else []
@@ -78,12 +82,12 @@ rule part:
         part=one_of({part for _, part in PARTS}),
     priority: of_papers(2)
     resources:
-        mem_mb=lambda wildcards: PARTS[tuple(wildcards)].resources["mem_mb"],
-        runtime=lambda wildcards: PARTS[tuple(wildcards)].resources["runtime"],
+        mem_mb=lambda wildcards: PARTS[tuple(wildcards)]().resources["mem_mb"],
+        runtime=lambda wildcards: PARTS[tuple(wildcards)]().resources["runtime"],
     params:
         job=job,
         # No input: their bytes count, not their dates, and their names may look like wildcards.
-        files=lambda wildcards: PARTS[tuple(wildcards)].files,
+        files=lambda wildcards: PARTS[tuple(wildcards)]().files,
     message:
         "Run {wildcards.study}: {wildcards.part}"
     script:
@@ -105,8 +109,8 @@ rule gather:
         file=one_of({file for _, file in GATHERED}),
     priority: of_papers(2)
     resources:
-        mem_mb=lambda wildcards: GATHERED[tuple(wildcards)].resources["mem_mb"],
-        runtime=lambda wildcards: GATHERED[tuple(wildcards)].resources["runtime"],
+        mem_mb=lambda wildcards: GATHERED[tuple(wildcards)]().resources["mem_mb"],
+        runtime=lambda wildcards: GATHERED[tuple(wildcards)]().resources["runtime"],
     params:
         job=job,
     message:

@@ -40,13 +40,16 @@ from damper.study.yaml_file import (
 __all__ = ["Config", "ConfigError", "Study", "load_config", "load_study"]
 
 
-def load_config(given: Any, directory: Path, files: Iterable[Path] = ()) -> Config:
+def load_config(
+    given: Any, directory: Path, files: Iterable[Path] = (), checked: bool = False
+) -> Config:
     """Check the workflow's configuration and load the studies it names, in that order.
 
     `given` is what is configured beside the files, such as by ``--config``; Snakemake's reader
     makes text of 1e-12, so text that looks like a number counts as one here. Each of the files is
     merged over those before it, and `given` over all. `directory` holds ``config/``. ConfigError
-    lists everything that is wrong, in the configuration and in all files.
+    lists everything that is wrong, in the configuration and in all files. Where all has been
+    `checked` by another process, what takes long, such as records, is not read again.
     """
     directory = Path(directory)
     parts = _Parts.of(given, files)
@@ -66,7 +69,7 @@ def load_config(given: Any, directory: Path, files: Iterable[Path] = ()) -> Conf
     for name, path in paths.items():
         try:
             override, loc = _part_of(overrides, name, dict), ("overrides", name)
-            studies[name] = _load(path, _label(path, directory), override, parts, loc)
+            studies[name] = _load(path, _label(path, directory), override, parts, loc, checked)
         except ConfigError as error:
             problems += error.problems
     if problems or settings is None:
@@ -198,7 +201,9 @@ def _part_of(data: Any, key: str, sort: type) -> Any:
     return value if isinstance(value, sort) else sort()
 
 
-def _load(path: Path, label: str, override: Any, parts: _Parts, prefix: Loc) -> StudyFile:
+def _load(
+    path: Path, label: str, override: Any, parts: _Parts, prefix: Loc, checked: bool = False
+) -> StudyFile:
     file = read_yaml(path, label)
     problems, data = file.problems, file.data
     if isinstance(override, dict):
@@ -208,7 +213,7 @@ def _load(path: Path, label: str, override: Any, parts: _Parts, prefix: Loc) -> 
     try:
         study = _kind_of(data).model_validate(data)
         study._name, study._folder = path.stem, path.parent
-        if isinstance(study, Study):
+        if isinstance(study, Study) and not checked:
             check_study(study)
     except ValidationError as error:
         problems += [_blame(loc, file, parts, prefix, report) for loc, report in mistakes_of(error)]

@@ -8,8 +8,8 @@ what it needs and no more.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property, lru_cache
 from hashlib import sha256
 from itertools import pairwise
 from pathlib import Path
@@ -43,6 +43,33 @@ class Job(NamedTuple):
     resources: Mapping[str, int] = USUAL_RESOURCES
     files: Mapping[str, str] = {}
     """Files that the function of a part is given as well: argument -> path."""
+
+
+class Jobs(Mapping[str, Job]):
+    """Jobs by name, made when one is asked for: what they take may need all of a record.
+
+    Parameters
+    ----------
+    names : iterable of str
+    make : callable
+        Returns the mapping of these names to their jobs.
+    """
+
+    def __init__(self, names: Iterable[str], make: Callable[[], Mapping[str, Job]]) -> None:
+        self._names, self._make = tuple(names), make
+
+    @cached_property
+    def _made(self) -> Mapping[str, Job]:
+        return self._make()
+
+    def __getitem__(self, name: str) -> Job:
+        return self._made[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
 
 
 def shares(count: int, jobs: int) -> list[tuple[int, int]]:

@@ -206,7 +206,8 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     @property
     def forcing_settings(self) -> dict[str, Any]:
         """Settings of the forcing for jobs, beside its file; empty for the default."""
-        return {} if self.force == HARMONIC else {"forcing": self.forcing.settings}
+        given = self.forcing.settings
+        return {} if given == HARMONIC.settings else {"forcing": given}
 
     @property
     def forcing_about(self) -> dict[str, Any]:

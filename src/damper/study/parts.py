@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from damper.parameters import Parameters
 from damper.parameters.forcing import NoForce
 from damper.parameters.models import room_of
 from damper.study.estimate import estimate
-from damper.study.jobs import Job, shares
+from damper.study.jobs import Job, Jobs, shares
 from damper.study.model import Study
 from damper.sweep.record import record
 
@@ -18,8 +19,11 @@ from damper.sweep.record import record
 class SimulatedStudy(Study):  # type: ignore[misc]
     """A study with the jobs that make its cube."""
 
-    def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+    def parts(self, engine: Mapping[str, Any]) -> Jobs:
         """Return the jobs that simulate: all points of one place along the fanned axes each."""
+        return Jobs(self._slices(), partial(self._parts, engine))
+
+    def _parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
         fixed, values = self.fixed, self.axis_values
         modules, takes = simulation_modules(self), estimate(self)
         every = {
@@ -55,8 +59,11 @@ class SimulatedStudy(Study):  # type: ignore[misc]
                     found[f"{path}/draws~{first}"] = place, draws | {"only": [first, end]}
         return found
 
-    def gathered(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+    def gathered(self, engine: Mapping[str, Any]) -> Jobs:
         """Return the job that gathers the slices into the cube."""
+        return Jobs(("cube.nc",), lambda: {"cube.nc": self._gathered(engine)})
+
+    def _gathered(self, engine: Mapping[str, Any]) -> Job:
         values = self.axis_values
         # Orbits, figures and tables do not change a cube.
         measured = self.model_copy(update={"orbits": {}, "figures": {}, "tables": {}})
@@ -71,7 +78,7 @@ class SimulatedStudy(Study):  # type: ignore[misc]
         )
         if self.forcing_settings:
             run["forcing"] = json.dumps(self.forcing_about)
-        job = Job(
+        return Job(
             "damper.sweep.cube",
             {
                 "axes": values,
@@ -86,7 +93,6 @@ class SimulatedStudy(Study):  # type: ignore[misc]
             loads=simulation_modules(self),
             resources=estimate(self).gather_resources,
         )
-        return {"cube.nc": job}
 
 
 def engine_parts(study: Study) -> tuple[str, ...]:

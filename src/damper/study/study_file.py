@@ -110,11 +110,11 @@ class StudyFile(StrictModel):
         written = dump_yaml(self.model_dump(mode="json", exclude_none=True, exclude=left_out))
         return {"title": self.title, "source": self.source, "study": written}
 
-    def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+    def parts(self, engine: Mapping[str, Any]) -> Mapping[str, Job]:
         """Return the parts of the study, a job each: name -> job. `engine` are settings of runs."""
         return {}
 
-    def gathered(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+    def gathered(self, engine: Mapping[str, Any]) -> Mapping[str, Job]:
         """Return the files that are gathered from parts: path below the study's folder -> job."""
         return {}
 
