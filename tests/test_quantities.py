@@ -58,6 +58,7 @@ VALUES: dict[str, tuple[dict[str, Any], float]] = {
     "gravity": ({}, 0.02),
     "restitution_left": ({}, 0.5),
     "yield_speed": ({}, 0.01),
+    "yield_exponent": ({"yield_speed": 0.005}, 0.5),
     "support_stiffness_ratio": ({}, 0.05),
     "support_damping_ratio": ({}, 0.02),
     "contact_stiffness_ratio": ({}, 1e4),

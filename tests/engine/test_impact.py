@@ -14,6 +14,7 @@ from damper.engine.impact import (
     ConstantRestitution,
     YieldingRestitution,
     impact,
+    rebound_slope,
     restitution_at,
 )
 from damper.engine.segment import (
@@ -57,13 +58,17 @@ def test_momentum_and_relative_velocity(
 
 
 def test_laws() -> None:
-    """Constant; and falling with the fourth root of the speed above the one where it yields."""
+    """Constant; and falling with a power of the speed above the one where it yields."""
     assert restitution_at(ConstantRestitution(0.6), 3.0) == 0.6
-    law = YieldingRestitution(0.6, 0.5)
+    law = YieldingRestitution(0.6, 0.5, 0.25)
     for speed in (0.0, 0.1, 0.5):
         assert restitution_at(law, speed) == 0.6
     assert restitution_at(law, 8.0) == pytest.approx(0.3, rel=1e-15)
     assert restitution_at(law, math.nextafter(0.5, 1.0)) == pytest.approx(0.6, rel=1e-15)
+    # With the power 1 the rebound is as fast for every harder hit.
+    law = YieldingRestitution(0.6, 0.5, 1.0)
+    assert [restitution_at(law, v) * v for v in (0.5, 2.0, 8.0)] == [0.3, 0.3, 0.3]
+    assert rebound_slope(law, 2.0) == 0.0
 
 
 class Softening(NamedTuple):

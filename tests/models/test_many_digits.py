@@ -133,6 +133,12 @@ SCENES: dict[str, tuple[dict[str, float], tuple[float, ...], float | int, float]
     "yielding": (of(0.1, 0.05, 0.8, 1.0, 0.6, yield_speed=0.3), REST, 13.0, 1e-11),
     "yielding, light": (of(1e-6, 0.05, 0.8, 1.0, 0.6, yield_speed=1e-3), REST, 10.0, 1e-11),
     "yielding, heavy": (of(30.0, 0.05, 0.8, 1.0, 1.0, yield_speed=0.1), REST, 25.0, 1e-11),
+    "power law": (
+        of(*CHATTER, yield_speed=0.02, yield_exponent=0.03, restitution_left=0.7), REST, 60.0, 1e-11
+    ),
+    "power law, one rebound speed": (
+        of(0.1, 0.05, 0.8, 0.3, 0.6, yield_speed=0.2, yield_exponent=1.0), REST, 20.0, 1e-11
+    ),
     "weak support": (grounded(*CHATTER, 0.0, 0.01, 0.002), REST, 60.0, 2e-13),
     "support, chatter": (grounded(*CHATTER, 0.0, 0.05, 0.02), REST, 40.0, 2e-13),
     "dashpot alone": (grounded(0.1, 0.0, 0.2, 0.25, 0.6, 0.0, 0.0, 0.02), REST, 40.0, 2e-13),

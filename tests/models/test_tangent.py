@@ -166,7 +166,8 @@ def test_deviations_are_differences_of_runs(kind: str, block: int) -> None:
 #: Asked of each damper in which they act.
 NAMES = (
     *("mass_ratio", "damping_ratio", "frequency_ratio", "clearance", "restitution", "phase"),
-    *("restitution_left", "gravity", "yield_speed", "friction", "force_amplitude"),
+    *("restitution_left", "gravity", "yield_speed", "yield_exponent", "friction"),
+    "force_amplitude",
     *("support_stiffness_ratio", "support_damping_ratio", "contact_stiffness_ratio"),
     *("modulation_depth", "modulation_phase", "harmonic_2", "harmonic_2_phase"),
     *("clearance_1", "mass_ratio_1", "gravity_1", "friction_1", "support_stiffness_ratio_1"),

@@ -1,4 +1,4 @@
-"""Restitution that falls with the approach speed: r (v_y / v)^(1/4) above the yield speed v_y."""
+"""Restitution that falls with the approach speed: r (v_y / v)^p above the yield speed v_y."""
 
 from typing import Any
 
@@ -18,15 +18,18 @@ MODELS: dict[str, dict[str, float]] = {
 IMPACT, STICK = 0, 1
 
 
-def restitution(r: float, yield_speed: float, speed: Any) -> Any:
+def restitution(r: float, yield_speed: float, speed: Any, exponent: float = 0.25) -> Any:
     """The law a second time."""
-    return r * np.minimum(1.0, yield_speed / speed) ** 0.25
+    return r * np.minimum(1.0, yield_speed / speed) ** exponent
 
 
-@pytest.mark.parametrize("model", MODELS)
-def test_momentum_and_restitution_at_each_impact(model: str) -> None:
+@pytest.mark.parametrize(
+    ("model", "exponent"), [*((model, 0.25) for model in MODELS), ("rigid", 0.1), ("rigid", 1.0)]
+)
+def test_momentum_and_restitution_at_each_impact(model: str, exponent: float) -> None:
     """From the states before and after each impact that the trajectory lists."""
-    scene = {**SCENE, **MODELS[model], "yield_speed": 0.3}
+    yields = 0.3 if exponent == 0.25 else 1.2
+    scene = {**SCENE, **MODELS[model], "yield_speed": yields, "yield_exponent": exponent}
     # Nothing but events, two rows each.
     seen = {"trajectory": {"samples_per_period": 1, "events": 10_000}}
     cube = simulate(**scene, transient=0, periods=20, observers=seen)
@@ -44,10 +47,10 @@ def test_momentum_and_restitution_at_each_impact(model: str) -> None:
     lost = v[after] - v[before] + mass * (u[after] - u[before])
     assert np.max(abs(lost) / size) < 1e-14
     ratio = -(u[after] - v[after]) / (u[before] - v[before])
-    expected = restitution(0.6, 0.3, speed)
+    expected = restitution(0.6, yields, speed, exponent)
     assert np.max(abs(ratio - expected) * speed / size) < 1e-14
-    assert np.count_nonzero(speed > 0.3) > 10
-    assert np.count_nonzero(speed < 0.3) > 10
+    assert np.count_nonzero(speed > yields) > 10
+    assert np.count_nonzero(speed < yields) > 10
 
 
 def test_sequence_below_the_yield_speed_completes_as_with_constant_restitution() -> None:

@@ -37,6 +37,11 @@ RANGES: dict[str, tuple[list[float], str, list[float]]] = {
         "yield_speed > 0 (leave it out for a constant restitution)",
         [TINY, 1e300, math.inf],
     ),
+    "yield_exponent": (
+        [-TINY, math.nextafter(1.0, 2.0), math.inf],
+        "0 <= yield_exponent <= 1 (with more a harder hit would come back slower)",
+        [0, 1],
+    ),
     "support_stiffness_ratio": ([-TINY, math.inf], "support_stiffness_ratio >= 0", [0]),
     "support_damping_ratio": ([-TINY, math.inf], "support_damping_ratio >= 0", [0]),
     "contact_stiffness_ratio": (
@@ -69,7 +74,7 @@ def test_range_and_its_ends(name: str) -> None:
         message = f"{name} = {value!r}: must be a finite number with {words}"
         assert refused(Parameters, {**GOOD, name: value}) == message
     (needs,) = (q.needs for q in Parameters.quantities if q.name == name)
-    beside = {needs: 0.0} if needs else {}
+    beside = {needs: 0.0 if needs != "yield_speed" else 1.0} if needs else {}
     for value in ends:
         assert getattr(Parameters(**{**GOOD, **beside, name: value}), name) == value
 

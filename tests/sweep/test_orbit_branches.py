@@ -455,6 +455,7 @@ def test_a_curve_ends_at_the_edge_of_its_ranges(oscillator: Branch) -> None:
             ("phase", 1.0, {}),
             ("restitution_left", 0.2, {"restitution_left": 0.25}),
             ("yield_speed", 0.02, {"yield_speed": 0.01}),
+            ("yield_exponent", 0.1, {"yield_speed": 0.01}),
             ("support_stiffness_ratio", 0.02, {"support_stiffness_ratio": 0.01}),
             ("modulation_depth", 0.0, {"modulation_depth": 0.1}),
         ],
@@ -465,6 +466,7 @@ def test_any_parameter_of_any_model(name: str, stop: float, more: dict[str, floa
     """The end of the branch is the motion that is found there by itself."""
     values = {**CHATTER.__dict__, "restitution": 0.3, **more}
     values = {key: value for key, value in values.items() if key in Parameters.__annotations__}
+    values = {name: Parameters.__dataclass_fields__[name].default} | values
     first = periodic_orbit(Parameters(**values), settle=60)
     branch = continue_orbit(first, name, values[name], stop, step=0.2)
     end = branch.orbits[0 if stop < values[name] else -1]

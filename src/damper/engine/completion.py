@@ -9,7 +9,7 @@ import math
 from typing import Any
 
 from damper.engine.compiled import compiled
-from damper.engine.impact import restitution_at
+from damper.engine.impact import restitution_at, restitution_change
 
 
 @compiled
@@ -95,7 +95,8 @@ def completion(
     first, duration = completion_times(impact_damping, restitution, force, jerk, gap_rate)
     change = (abs(jerk) / force + dashpot_rate) * first
     error = first * (change * change + snap_scale / force * first * first)
-    error += first * abs(restitution_at(law, gap_rate) - restitution) / (1.0 - restitution)
+    # No later impact is faster than by this change.
+    error += first * restitution_change(law, gap_rate * (1.0 + change)) / (1.0 - restitution)
     if not duration > 0.0 or not change < 0.5:
         return 0.0, math.inf
     return duration, error

@@ -26,6 +26,15 @@ def rebound_slope(law: Any, approach_speed: float) -> float:
 
 
 @by_class_or_default
+def restitution_change(law: Any, approach_speed: float) -> float:
+    """Largest change of the coefficient from its limit for small speeds, up to a speed.
+
+    It is that at the speed itself, unless a law that both falls and rises says otherwise.
+    """
+    return abs(restitution_at(law, approach_speed) - restitution_at(law, 0.0))
+
+
+@by_class_or_default
 def law_at(law: Any, side: float) -> Any:
     """Contact law of the right (side = 1) or left wall: the law itself, where they are alike."""
     return law
@@ -60,27 +69,28 @@ def _constant_slope(law, approach_speed):
 
 
 class YieldingRestitution(NamedTuple):
-    """Restitution that falls where the contact yields: r (v_y / v)^(1/4) above the speed v_y.
+    """Restitution that falls above the speed v_y by a power law: r (v_y / v)^p, at v <= v_y r.
 
-    The law of impacts with fully plastic indentation: K. L. Johnson, Contact Mechanics, Cambridge
-    University Press 1985, section 11.5. Below v_y it is constant.
+    With p = 1/4 it is that of fully plastic indentation: K. L. Johnson, Contact Mechanics,
+    Cambridge University Press 1985, section 11.5. With p <= 1 no harder hit comes back slower.
     """
 
     restitution: float
     yield_speed: float
+    yield_exponent: float
 
 
 @restitution_at.of(YieldingRestitution)
 def _yielding(law, approach_speed):
     if approach_speed <= law.yield_speed:
         return law.restitution
-    return law.restitution * (law.yield_speed / approach_speed) ** 0.25
+    return law.restitution * (law.yield_speed / approach_speed) ** law.yield_exponent
 
 
 @rebound_slope.of(YieldingRestitution)
 def _yielding_slope(law, approach_speed):
     r = restitution_at(law, approach_speed)
-    return r if approach_speed <= law.yield_speed else 0.75 * r
+    return r if approach_speed <= law.yield_speed else (1.0 - law.yield_exponent) * r
 
 
 #: Name -> class, whose fields are those of `damper.Parameters` that it takes.

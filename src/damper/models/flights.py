@@ -23,7 +23,7 @@ from damper.engine.completion import bounce_at as frictionless_bounce_at
 from damper.engine.completion import completion, sticks
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import bound_of, horizon, may_jump, phase_at
-from damper.engine.impact import law_at, restitution_at
+from damper.engine.impact import law_at, restitution_at, restitution_change
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -320,8 +320,7 @@ def completes_rubbing(
         return 0.0, math.inf
     # A bounce's time and speed change by that over `back`; each one's speed depends on all before.
     drift = change / back * (1.0 + (out - back) / (out * (1.0 - q)))
-    law = law_at(flight.law, segment.side)
-    falls = abs(restitution_at(law, w) - restitution_at(law, 0.0))
+    falls = restitution_change(law_at(flight.law, segment.side), w * (1.0 + change / back))
     error = left * (drift + falls / (1.0 - q))
     if left > horizon(flight.free.forcing, start.phase):
         return 0.0, math.inf

@@ -58,10 +58,10 @@ class Parameters(QuantityClass):
         `Record` or `Noise`, or "harmonic", "none", "base" or "unbalance".
     masses : sequence of mapping, optional
         Several free masses, a mapping for each: its own `mass_ratio`, `clearance`, `restitution`,
-        `restitution_left`, `yield_speed`, `gravity`, `friction`, `support_stiffness_ratio`
-        and `support_damping_ratio`, in place of the values for all masses. Its `mass_share` and
-        `clearance_factor` multiply mass ratio and clearance: `damper.equal_masses` divides one
-        free mass so.
+        `restitution_left`, `yield_speed`, `yield_exponent`, `gravity`, `friction`,
+        `support_stiffness_ratio` and `support_damping_ratio`, in place of the values for all
+        masses. Its `mass_share` and `clearance_factor` multiply mass ratio and clearance:
+        `damper.equal_masses` divides one free mass so.
 
     Raises
     ------
@@ -156,12 +156,23 @@ class Parameters(QuantityClass):
         r"$v_\mathrm{y}$",
         "yield speed of the contact",
         SPEED,
-        definition="approach speed above which restitution falls as (yield_speed / speed)^(1/4)",
+        definition="approach speed above which restitution falls as a power of yield_speed / speed",
         minimum=0.0,
         above=True,
         default=math.inf,
         note="leave it out for a constant restitution",
         law="yielding",
+    )
+    yield_exponent: float = quantity(
+        "$p$",
+        "exponent with which restitution falls above the yield speed",
+        definition="as (yield_speed / speed)^yield_exponent; 1/4 is fully plastic indentation",
+        minimum=0.0,
+        maximum=1.0,
+        default=0.25,
+        note="with more a harder hit would come back slower",
+        law="yielding",
+        needs="yield_speed",
     )
     gravity: float = quantity(
         r"$\gamma$",
@@ -307,6 +318,11 @@ class Parameters(QuantityClass):
             for k, one in enumerate(self.each):
                 if not one.clearance:
                     raise ValueError(f"clearance = 0.0 of mass {k}: each of several must have some")
+                if one.yield_speed == math.inf and "yield_exponent" in dict(self.masses[k]):
+                    raise ValueError(
+                        f"mass {k}: yield_exponent without yield_speed: it has no effect; give "
+                        "both or none"
+                    )
 
     @cached_property
     def each(self) -> tuple["Parameters", ...]:
@@ -468,6 +484,7 @@ class SIParameters(QuantityClass, shares=Parameters):
 
     restitution_left: float = shared(default=math.inf)
     yield_speed: float = shared(default=math.inf)
+    yield_exponent: float = shared(default=0.25)
     gravity: float = quantity(
         r"$\gamma$",
         "acceleration of gravity",

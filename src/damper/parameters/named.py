@@ -81,7 +81,9 @@ def language(
     missing = [name for name, q in known.items() if name not in parameters and q.default is None]
     if missing and not ("masses" in parameters and {*missing} <= {*OF_ANY_MASS}):
         raise TypeError(f"missing parameters: {', '.join(missing)}")
-    check_needs(known.values(), parameters)
+    # A quantity of single masses may need what only they have: each damper is checked for that.
+    every = () if "masses" not in parameters else OF_ANY_MASS
+    check_needs((q for q in known.values() if q.name not in every), parameters)
     own = tuple(name for name in parameters if split(name))
     return kind, tuple(name for name in parameters if name not in own), own, initial
 

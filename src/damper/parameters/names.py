@@ -6,12 +6,12 @@ from collections.abc import Iterable
 #: Quantities of a single mass, in the names of `damper.Parameters` and of `SIParameters`.
 OF_A_MASS = (
     *("mass_ratio", "clearance", "restitution", "restitution_left", "gravity", "friction"),
-    *("yield_speed", "support_stiffness_ratio", "support_damping_ratio"),
+    *("yield_speed", "yield_exponent", "support_stiffness_ratio", "support_damping_ratio"),
     *("mass_share", "clearance_factor"),
 )
 OF_A_MASS_SI = (
     *("free_mass", "gap", *OF_A_MASS[2:5], "friction_coefficient"),
-    *("yield_speed", "support_stiffness", "support_damping", *OF_A_MASS[-2:]),
+    *("yield_speed", "yield_exponent", "support_stiffness", "support_damping", *OF_A_MASS[-2:]),
 )
 #: In either system.
 OF_ANY_MASS = tuple(dict.fromkeys((*OF_A_MASS, *OF_A_MASS_SI)))

@@ -260,7 +260,8 @@ def _check_names(kind: type[QuantityClass]) -> None:
                 if name not in known:
                     raise unknown_name("parameter", name, known) from None
             raise
-        check_needs(kind.quantities, named)
+        of_masses = {name for mass in getattr(self, "masses", None) or () for name, _ in mass}
+        check_needs(kind.quantities, {*named, *of_masses})
 
     kind.__init__ = init  # type: ignore[method-assign]
     kind._init = plain

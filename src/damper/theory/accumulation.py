@@ -103,8 +103,8 @@ def predict(
             f"forcing = {p.forcing!r}: the prediction is that of a smooth force, not of one from "
             "sample to sample"
         )
-    known = (*BASIC, "restitution_left", "yield_speed", "force_amplitude", "forcing")
-    require_known(p, known, "the prediction")
+    beside = ("restitution_left", "yield_speed", "yield_exponent", "force_amplitude", "forcing")
+    require_known(p, (*BASIC, *beside), "the prediction")
     if w > p.yield_speed:
         raise ValueError(
             f"rebound_speed = {rebound_speed!r}: must be <= yield_speed = {p.yield_speed!r}, below "

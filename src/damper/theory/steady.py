@@ -14,6 +14,7 @@ FREE_MASS = (
     "restitution",
     "restitution_left",
     "yield_speed",
+    "yield_exponent",
     "support_stiffness_ratio",
     "support_damping_ratio",
     "contact_stiffness_ratio",

@@ -226,6 +226,7 @@ def system_of(
     *,
     restitution_left: Any = math.inf,
     yield_speed: Any = math.inf,
+    yield_exponent: Any = 0.25,
     support_stiffness_ratio: Any = 0,
     support_damping_ratio: Any = 0,
     contact_stiffness_ratio: Any = math.inf,
@@ -246,6 +247,7 @@ def system_of(
         return each[0]._replace(masses=tuple(one.masses[0] for one in each))
     mu, zeta, omega, r = map(mpf, (mass_ratio, damping_ratio, frequency_ratio, restitution))
     k, yields, tension = mpf(contact_stiffness_ratio), mpf(yield_speed), bool(contact_tension)
+    exponent = mpf(yield_exponent)
     walls = {1: r, -1: r if restitution_left == math.inf else mpf(restitution_left)}
     c: dict[int, mpf] = {}
     if k < math.inf:
@@ -256,7 +258,7 @@ def system_of(
         mpf(modulation_depth),
         Sine(omega / mpf(modulation_order), mpf(modulation_phase) + mp.pi / 2),
         mpf(clearance),
-        lambda side, w: walls[side] * (mp.root(yields / w, 4) if w > yields else 1),
+        lambda side, w: walls[side] * ((yields / w) ** exponent if w > yields else 1),
         *(k, c, tension),
         mpf(support_stiffness_ratio),
         mpf(support_damping_ratio),

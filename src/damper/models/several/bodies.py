@@ -33,7 +33,7 @@ from damper.models.masses.holds import pushed_by
 from damper.parameters import Parameters
 
 #: Columns of `Several.masses`.
-RATIO, CLEARANCE, GRAVITY, STIFFNESS, DAMPING, LEFT, RIGHT, YIELDS, FRICTION = range(9)
+RATIO, CLEARANCE, GRAVITY, STIFFNESS, DAMPING, LEFT, RIGHT, YIELDS, EXPONENT, FRICTION = range(10)
 #: Columns of `SeveralSegment.bodies`, as the fields of a `Segment`, and more:
 #:
 #: - cause: event not yet written to the log;
@@ -82,6 +82,8 @@ class MassConstants(NamedTuple):
     """Restitution of the walls at low speeds."""
     yields: float
     """Yield speed of the walls."""
+    exponent: float
+    """With which restitution falls above it."""
     friction: float
     """Acceleration by dry friction while it slides."""
 
@@ -217,7 +219,8 @@ def prepare(
     )
     least = LEAST_FRICTION if along_friction else 0.0
     friction = np.array([max(q.friction, least) for q in each])
-    masses = np.column_stack([masses, [q.yield_speed for q in each], friction])
+    yields = [(q.yield_speed, q.yield_exponent) for q in each]
+    masses = np.column_stack([masses, yields, friction])
     total = float(np.sum(masses[:, RATIO]))
     heavier = 1.0 + total
     strength = drive.amplitude * (1.0 + total * drive.share) / heavier
@@ -244,7 +247,7 @@ def prepare(
         Rigid(
             total,
             1.0,
-            YieldingRestitution(1.0, math.inf),
+            YieldingRestitution(1.0, math.inf, 0.0),
             made.cycle,
             min(one.tolerance for one in ones),
             made.free,
@@ -570,7 +573,7 @@ def _lifting_driven(mass, osc, primary):
 @compiled
 def law_of(m: MassConstants, side: float) -> YieldingRestitution:
     """Contact law of a mass at one of its walls."""
-    return YieldingRestitution(restitution_of(m, side), m.yields)
+    return YieldingRestitution(restitution_of(m, side), m.yields, m.exponent)
 
 
 @compiled

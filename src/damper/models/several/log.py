@@ -20,6 +20,7 @@ from damper.models.several.bodies import (
     CAUSE,
     CLEARANCE,
     COMPLETION,
+    EXPONENT,
     FIRST,
     GAP,
     LEFT,
@@ -77,7 +78,9 @@ def _view_of_mass(model, body):
     # No motion has a mirror image where the walls of any mass differ.
     unlike = model.masses[model.masses[:, LEFT] != model.masses[:, RIGHT]]
     row = (unlike if len(unlike) else model.masses[[body]])[0]
-    left, right = (YieldingRestitution(*row[[wall, YIELDS]].tolist()) for wall in (LEFT, RIGHT))
+    left, right = (
+        YieldingRestitution(*row[[wall, YIELDS, EXPONENT]].tolist()) for wall in (LEFT, RIGHT)
+    )
     return model._replace(
         mass_ratio=float(own[RATIO]),
         clearance=float(own[CLEARANCE]),
