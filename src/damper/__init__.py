@@ -32,6 +32,7 @@ HOME = {
     "Record": "damper.parameters.forcing",
     "SIParameters": "damper.parameters",
     "State": "damper.parameters",
+    "Structure": "damper.parameters.structure",
     "Unbalance": "damper.parameters.forcing",
     "PeriodicOrbit": "damper.sweep.orbits.periodic",
     "continue_orbit": "damper.sweep.orbits.branch",

@@ -6,6 +6,7 @@ imported.
 
 import math
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Any
 
 from damper.engine.impact import LAWS, DifferingWalls
@@ -30,7 +31,10 @@ def model_of(
     along_friction : bool, optional
         Whether slides stop also where there is no friction yet, for rigid walls.
     """
-    room = import_module(f"damper.models.{room_of(parameters.model)}")
+    name = f"damper.models.{room_of(parameters.model)}"
+    if parameters.model == "structure" and find_spec(name) is None:
+        raise ValueError("structures: their engine is not installed with this version of damper")
+    room = import_module(name)
     more = {"along_friction": True} if along_friction else {}
     return room.prepare(parameters, law_of(parameters), float(accuracy), **more)
 
@@ -56,22 +60,34 @@ def start_run(
     return trajectory
 
 
-def check_state(parameters: Parameters, state: State, units: Units = NO_UNITS) -> None:
+def check_state(parameters: Any, state: State, units: Units = NO_UNITS) -> None:
     """Raise ValueError unless the free mass is between the walls; SI `units` speak of the gap.
 
     Compliant walls let it in deeper.
     """
     places, _ = state.of_each(len(parameters.each))
-    for k, (one, y) in enumerate(zip(parameters.each, places, strict=True)):
-        distance = abs(y - state.x)
-        allowed = one.clearance + slack(one.clearance, state.x, y)
+    for k, (one, y, x) in enumerate(
+        zip(parameters.each, places, _boxes_at(parameters, state), strict=True)
+    ):
+        distance = abs(y - x)
+        allowed = one.clearance + slack(one.clearance, x, y)
         if distance > allowed and parameters.model != "compliant":
             limit = "clearance" if units is NO_UNITS else "gap / 2"
             name = "y" if len(places) == 1 else f"y[{k}]"
+            box = "x" if parameters.model != "structure" else f"that of box {one.box!r}"
             raise ValueError(
-                f"state: |{name} - x| = {distance * units.length!r} is outside the box: "
+                f"state: |{name} - {box}| = {distance * units.length!r} is outside the box: "
                 f"must be at most {limit} = {one.clearance * units.length!r}"
             )
+
+
+def _boxes_at(parameters: Any, state: State) -> list[float]:
+    """Displacement of the box of each free mass."""
+    if parameters.model != "structure":
+        return state.of_coordinates(1)[0] * len(parameters.each)
+    structure = parameters.structure
+    x, _ = state.of_coordinates(len(structure.mass))
+    return [float(structure.boxes[one.box] @ x) for one in parameters.each]
 
 
 def law_of(parameters: Parameters) -> Any:

@@ -433,6 +433,10 @@ class SIParameters(QuantityClass, shares=Parameters):
     masses : sequence of mapping, optional
         As for `Parameters`, with `free_mass`, `gap`, `friction_coefficient`, `support_stiffness`
         and `support_damping` in place of the dimensionless quantities.
+    structure : Structure, optional
+        In place of `primary_mass`, `damping` and `stiffness`: the masses are in boxes of a
+        `damper.Structure`. The result is a `damper.parameters.StructureParameters`, which says what
+        a mass has there: its `box`, `tie_stiffness`, `tie_damping`, `pendulum_length`.
 
     Raises
     ------
@@ -540,6 +544,14 @@ class SIParameters(QuantityClass, shares=Parameters):
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
     masses: Any = None
+    structure: Any = None
+
+    def __new__(cls, *values: Any, structure: Any = None, **named: Any) -> Any:
+        if structure is None:
+            return object.__new__(cls)
+        from damper.parameters.structural import StructureParameters  # which has it for a base
+
+        return StructureParameters.of_any(*values, structure=structure, **named)
 
     def __post_init__(self) -> None:
         self.check_each()

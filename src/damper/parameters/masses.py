@@ -84,7 +84,7 @@ def listed(given: Any, names: Sequence[str] = OF_ANY_MASS) -> list[dict[str, Any
     return read
 
 
-def split(name: object) -> tuple[str, int] | None:
+def split(name: object, names: Sequence[str] = OF_ANY_MASS) -> tuple[str, int] | None:
     """Return quantity and number of the mass that a name has, none for other names.
 
     Examples
@@ -96,7 +96,7 @@ def split(name: object) -> tuple[str, int] | None:
         return None
     common, _, number = name.rpartition("_")
     is_number = number.isdecimal() and number == str(int(number)) and int(number) < MOST_MASSES
-    return (common, int(number)) if is_number and common in OF_ANY_MASS else None
+    return (common, int(number)) if is_number and common in names else None
 
 
 def own_values(masses: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
@@ -110,7 +110,9 @@ def own_values(masses: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     return {f"{name}_{k}": value for k, one in enumerate(masses) for name, value in one.items()}
 
 
-def with_own(masses: Any, own: Mapping[str, Any]) -> list[dict[str, Any]]:
+def with_own(
+    masses: Any, own: Mapping[str, Any], names: Sequence[str] = OF_ANY_MASS
+) -> list[dict[str, Any]]:
     """Return masses with other values of their own; `own_values` is the inverse.
 
     Raises
@@ -118,9 +120,9 @@ def with_own(masses: Any, own: Mapping[str, Any]) -> list[dict[str, Any]]:
     ValueError
         For a value of a mass that there is not.
     """
-    made = [] if masses is None else listed(masses)
+    made = [] if masses is None else listed(masses, names)
     for name, value in own.items():
-        common, k = split(name) or (name, 0)
+        common, k = split(name, names) or (name, 0)
         if not k < len(made):
             there = f"masses has {len(made)}, from 0" if made else "there is no list masses"
             raise ValueError(f"{name} = {value!r}: is of mass {k}, and {there}")

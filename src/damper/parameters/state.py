@@ -14,8 +14,9 @@ class State:
 
     Parameters
     ----------
-    x, v : float
-        Displacement (units of F0/K) and velocity of the primary.
+    x, v : float, or sequence of float
+        Displacement (units of F0/K) and velocity of the primary. Of a structure a value for each
+        coordinate or mode.
     y, u : float, or sequence of float
         Displacement and velocity of the free mass, in the same frame (not relative). Of several
         masses a value for each, or one for all.
@@ -32,8 +33,8 @@ class State:
         When a value is not a real number.
     """
 
-    x: float
-    v: float
+    x: Any
+    v: Any
     y: Any
     u: Any
     time: float = 0.0
@@ -41,8 +42,8 @@ class State:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            of_each = field.name in ("y", "u") and hasattr(value, "__len__")
-            if of_each and not isinstance(value, str | bytes | Mapping | Set):
+            several = field.name != "time" and hasattr(value, "__len__")
+            if several and not isinstance(value, str | bytes | Mapping | Set):
                 names = (f"{field.name}[{k}]" for k in range(len(value)))
                 checked: Any = tuple(map(finite, names, value))
             else:
@@ -63,6 +64,18 @@ class State:
             found.append(values)
         return found[0], found[1]
 
+    def of_coordinates(self, count: int) -> tuple[list[float], list[float]]:
+        """Displacements and velocities of so many coordinates of the primary."""
+        found = []
+        for name, value in (("x", self.x), ("v", self.v)):
+            values = list(value) if isinstance(value, tuple) else [value]
+            if len(values) != count:
+                given = f"{len(values)} values" if isinstance(value, tuple) else "one number"
+                wanted = f"{count} values, one for each coordinate" if count > 1 else "one number"
+                raise ValueError(f"state: {name} is {given}: must be {wanted}")
+            found.append(values)
+        return found[0], found[1]
+
     def over(self, units: Units) -> "State":
         """Return the state in dimensionless units, given in SI units."""
         if units is NO_UNITS:
@@ -70,8 +83,8 @@ class State:
         if self.__dict__.get("_units") == units:
             return self.__dict__["_over_units"]
         return State(
-            self.x / units.length,
-            self.v / units.speed,
+            _each(self.x, lambda value: value / units.length),
+            _each(self.v, lambda value: value / units.speed),
             _each(self.y, lambda value: value / units.length),
             _each(self.u, lambda value: value / units.speed),
             self.time / units.time,
@@ -85,8 +98,8 @@ class State:
         if units is NO_UNITS:
             return self
         scaled = State(
-            self.x * units.length,
-            self.v * units.speed,
+            _each(self.x, lambda value: value * units.length),
+            _each(self.v, lambda value: value * units.speed),
             _each(self.y, lambda value: value * units.length),
             _each(self.u, lambda value: value * units.speed),
             self.time * units.time,

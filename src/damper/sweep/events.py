@@ -32,6 +32,8 @@ EVENT = np.dtype(
 )
 #: Of a damper with several free masses: number of the one that it happens to, from 0.
 EVENT_OF_SEVERAL = np.dtype([*EVENT.descr, ("body", "i1")])
+#: Models whose events say which free mass they happen to.
+_NUMBERED = ("several", "structure")
 #: Names of the kinds, in the order of their numbers.
 KINDS = tuple(kind.name.lower() for kind in segment.EventKind)
 IMPACT, STICK, RELEASE, STOPPED, REST, SLIP, REVERSAL = segment.EventKind
@@ -94,14 +96,14 @@ class Started:
         max_events: int,
         values: Mapping[str, Any],
     ) -> None:
-        self.parameters, state = one_run(parameters, state, values)
+        self.parameters, state = one_run(parameters, state, values, structures=True)
         self.units, scaled = self.parameters.units, self.parameters.dimensionless
         if state is not None:
             state = state.over(self.units)
             check_state(scaled, state, self.units)
         self.trajectory = start_run(scaled, state, accuracy, max_events)
         self.begun = 0.0 if state is None else state.time
-        self._dtype = EVENT if scaled.model != "several" else EVENT_OF_SEVERAL
+        self._dtype = EVENT_OF_SEVERAL if scaled.model in _NUMBERED else EVENT
 
     def pieces(self, until: float) -> Iterator[np.ndarray]:
         """Run on to a time, in s with SIParameters, and yield pieces of the log.

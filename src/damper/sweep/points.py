@@ -9,6 +9,7 @@ from damper.parameters import Parameters, SIParameters, State, Units
 from damper.parameters.named import arguments, damper_of, language
 from damper.parameters.quantities import ALL, check_quantity
 from damper.parameters.state import require_state
+from damper.parameters.structural import StructureParameters
 from damper.theory.steady import steady_state
 
 #: Where the primary may start.
@@ -110,6 +111,10 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
 
 def require_parameters(given: object) -> None:
     """Raise TypeError unless it is a damper."""
+    if isinstance(given, StructureParameters):
+        raise TypeError(
+            "parameters has a structure: only damper.events and damper.start follow structures"
+        )
     if not isinstance(given, Parameters | SIParameters):
         raise TypeError(
             f"parameters = {given!r}: must be damper.Parameters or SIParameters; or leave it out "
@@ -118,9 +123,11 @@ def require_parameters(given: object) -> None:
 
 
 def one_run(
-    parameters: Parameters | SIParameters | None, state: State | None, values: Mapping[str, Any]
-) -> tuple[Parameters | SIParameters, State | None]:
+    parameters: Any, state: State | None, values: Mapping[str, Any], structures: bool = False
+) -> tuple[Any, State | None]:
     """Return damper and start of one run: given as objects, or by values that replace theirs.
+
+    With `structures` the damper may be in a box of a structure.
 
     Examples
     --------
@@ -128,11 +135,15 @@ def one_run(
     >>> one_run(damper, None, {"restitution": 0.3, "initial_position": 1})[1]
     State(x=0.0, v=0.0, y=0.25, u=0.0, time=0.0)
     """
+    require_state(state)
+    if structures and isinstance(parameters, StructureParameters):
+        return (parameters.having(values) if values else parameters), state
+    if structures and parameters is None and values.get("structure") is not None:
+        return SIParameters(**values), state
     if parameters is not None or not values:
         require_parameters(parameters)
-    require_state(state)
     if not values:
-        return parameters, state  # type: ignore[return-value]
+        return parameters, state
     values = (parameters.given if parameters else {}) | dict(values)
     _, _, _, initial = language(tuple(values))
     if initial and state:

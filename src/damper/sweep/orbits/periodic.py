@@ -22,7 +22,7 @@ from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
 from damper.sweep.orbits.arcs import RESTS, Arc, leaders, run_arc, state_of, vector
 from damper.sweep.orbits.word import WallImpacts, bursts_of, word_of
-from damper.sweep.points import one_run
+from damper.sweep.points import one_run, require_parameters
 
 #: Largest change of the state over the period, over the size of the state.
 TOLERANCE = 1e-11
@@ -385,8 +385,7 @@ def nearest_orbit(
 
 def check(parameters: Parameters | SIParameters, period: int) -> None:
     """Refuse what is not followed."""
-    if not isinstance(parameters, Parameters | SIParameters):
-        raise TypeError(f"parameters = {parameters!r}: must be damper.Parameters or SIParameters")
+    require_parameters(parameters)
     require_force(parameters, "an orbit")
     p = parameters.dimensionless
     order = p.modulation_order if p.model == "time_varying" else 1

@@ -1,0 +1,515 @@
+"""Parameters of free masses in the boxes of a structure: in SI units, and scaled for the engine.
+
+The units of the scaled parameters are powers of two, so scaling loses no digit.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from damper.parameters.dampers import Parameters
+from damper.parameters.forcing import (
+    HARMONIC,
+    Base,
+    Forcing,
+    NoForce,
+    check_force,
+    read_forcing,
+)
+from damper.parameters.masses import Mass, listed, split, with_own
+from damper.parameters.names import OF_A_MASS_STRUCTURE
+from damper.parameters.quantity import QuantityClass, quantity, shared
+from damper.parameters.structure import Structure
+from damper.parameters.units import NO_UNITS, Units
+
+#: Names of `SIParameters` that a structure has in another way, or not at all -> what to do.
+_ELSEWHERE = (
+    dict.fromkeys(
+        ("primary_mass", "damping", "stiffness"), "the structure has its own; leave it out"
+    )
+    | dict.fromkeys(
+        ("support_stiffness", "support_damping"),
+        "ties a free mass to the ground; give tie_stiffness or tie_damping, to its box",
+    )
+    | dict.fromkeys(
+        (
+            *("contact_stiffness", "contact_tension"),
+            *("modulation_depth", "modulation_order", "modulation_phase"),
+        ),
+        "goes with one primary mass, not with a structure; leave it out",
+    )
+    | dict.fromkeys(
+        ("mass_share", "clearance_factor"), "give each mass of a structure its free_mass and gap"
+    )
+)
+#: Quantities that every free mass needs.
+_NEEDED = ("free_mass", "gap", "restitution")
+
+
+@dataclass(frozen=True)
+class StructureMass:
+    """One free mass, scaled as the structure is."""
+
+    box: str
+    mass: float
+    clearance: float
+    restitution: float
+    restitution_left: float
+    """Infinite where it is that of the right wall."""
+    yield_speed: float
+    """Infinite where restitution does not depend on the approach speed."""
+    friction: float
+    """Acceleration by dry friction while it slides."""
+    gravity: float
+    """Acceleration to the left wall."""
+    tie_stiffness: float
+    tie_damping: float
+
+    @property
+    def restitutions(self) -> tuple[float, float]:
+        """Coefficients of restitution of the left and of the right wall."""
+        left = self.restitution_left
+        return self.restitution if left == math.inf else left, self.restitution
+
+
+@dataclass(frozen=True)
+class ScaledArrays:
+    """Arrays of a structure in scaled units."""
+
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+    force: np.ndarray
+    base: np.ndarray | None
+    points: Mapping[str, np.ndarray]
+    boxes: Mapping[str, np.ndarray]
+    base_shares: Mapping[str, float]
+    """Displacement of each box in a unit displacement of the base."""
+
+
+@dataclass(frozen=True)
+class ScaledParameters:
+    """What the engine is given: `StructureParameters` in scaled units."""
+
+    structure: ScaledArrays
+    each: tuple[StructureMass, ...]
+    frequency_ratio: float
+    """Angular frequency of the clock."""
+    force_amplitude: float
+    phase: float
+    forcing: Forcing
+    model = "structure"
+    units = NO_UNITS
+
+    @property
+    def cycle(self) -> float:
+        """Cycle 2 pi / frequency_ratio of the clock."""
+        return 2.0 * math.pi / self.frequency_ratio
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """Models whose rules act, as `damper.Parameters.features`."""
+        return ("structure", *(["sliding"] if self.rubs else []))
+
+    @property
+    def rubs(self) -> bool:
+        """Whether any free mass rubs on its box."""
+        return any(one.friction for one in self.each)
+
+    @property
+    def law(self) -> str:
+        """Which of `damper.engine.impact.LAWS` the walls ask for."""
+        return "yielding" if any(m.yield_speed < math.inf for m in self.each) else "constant"
+
+    @property
+    def dimensionless(self) -> "ScaledParameters":
+        """These parameters."""
+        return self
+
+    # Values of the first mass, by which the contact law of a run is made.
+
+    @property
+    def restitution(self) -> float:
+        """Restitution of the first mass."""
+        return self.each[0].restitution
+
+    @property
+    def restitution_left(self) -> float:
+        """Restitution of the left wall of the first mass."""
+        return self.each[0].restitution_left
+
+    @property
+    def yield_speed(self) -> float:
+        """Yield speed of the first mass."""
+        return self.each[0].yield_speed
+
+
+class StructureParameters(QuantityClass, shares=Parameters):
+    """Free masses in the boxes of a structure, in SI units; `damper.SIParameters` makes it.
+
+    Parameters
+    ----------
+    structure : Structure
+    {quantities}
+
+    Other Parameters
+    ----------------
+    {options}
+    box : str, optional
+        Where the masses without a box of their own are; the structure's only box by itself.
+    forcing : Forcing or str, default Harmonic()
+        As for `damper.SIParameters`: at the structure's force, or by the motion of its base. Then
+        displacements are relative to the base.
+    masses : sequence of mapping, optional
+        Several free masses, a mapping for each: its own `box`, `free_mass`, `gap`, `restitution`,
+        `restitution_left`, `yield_speed`, `gravity`, `friction_coefficient`, `tie_stiffness`,
+        `tie_damping` and `pendulum_length`, in place of the values for all masses.
+
+    Raises
+    ------
+    ValueError, TypeError
+        With the name, the value and what is allowed.
+
+    Examples
+    --------
+    >>> import damper
+    >>> beam = damper.Structure.from_modes([1.0, 6.3], 0.01, {"tip": [2, -2], "force": [0.7, 1]})
+    >>> p = damper.SIParameters(structure=beam, force_amplitude=3.0, forcing_frequency=6.2,
+    ...                         masses=[{"free_mass": 0.05, "gap": 0.8, "restitution": 0.5}])
+    >>> p.each[0].box, p.units.length, p.units.time
+    ('tip', 0.5, 0.125)
+    """
+
+    structure: Any
+    force_amplitude: float = quantity(
+        "$F_0$",
+        "amplitude of the force",
+        "N",
+        definition="0 is free motion; that of a base's motion is in m, of its acceleration in "
+        "m/s2, of an unbalance in kg m; need not be given without a force",
+        minimum=0.0,
+        default=None,
+    )
+    forcing_frequency: float = quantity(
+        r"$\Omega$",
+        "angular forcing frequency",
+        "rad/s",
+        definition="2 pi times that in Hz; under a force without frequency the unit in which "
+        "cycles are counted, the lowest natural one when left out",
+        minimum=0.0,
+        above=True,
+        default=None,
+    )
+    free_mass: float = quantity("$m$", "free mass", "kg", minimum=0.0, above=True, default=None)
+    gap: float = quantity(
+        "$2D$",
+        "gap, the free mass's whole travel",
+        "m",
+        definition="without its own size; the clearance is half of it",
+        minimum=0.0,
+        above=True,
+        default=None,
+    )
+    restitution: float = shared(default=None)
+    phase: float = shared(default=0.0)
+
+    _: KW_ONLY
+
+    restitution_left: float = shared(default=math.inf)
+    yield_speed: float = shared(default=math.inf)
+    gravity: float = quantity(
+        r"$\gamma$",
+        "acceleration of gravity",
+        "m/s2",
+        definition="its sine of the inclination accelerates the free mass to the left wall",
+        default=0.0,
+    )
+    inclination: float = quantity(
+        r"$\alpha$",
+        "inclination of the box",
+        "degree",
+        definition="0 is level; -90 has the left wall on top",
+        minimum=-90.0,
+        maximum=90.0,
+        default=90.0,
+    )
+    friction_coefficient: float = quantity(
+        r"$\mu_\mathrm{f}$",
+        "coefficient of dry friction between free mass and box",
+        minimum=0.0,
+        default=0.0,
+    )
+    transverse_acceleration: float = quantity(
+        r"$g_\perp$",
+        "acceleration across the box",
+        "m/s2",
+        definition="that of gravity in a level box; it presses the free mass on the box, and "
+        "pulls a pendulum back",
+        minimum=0.0,
+        default=0.0,
+    )
+    tie_stiffness: float = quantity(
+        "$k$", "stiffness of the tie of free mass and box", "N/m", minimum=0.0, default=0.0
+    )
+    tie_damping: float = quantity(
+        "$c$",
+        "damping coefficient of the tie of free mass and box",
+        "N s/m",
+        minimum=0.0,
+        default=0.0,
+    )
+    pendulum_length: float = quantity(
+        r"$\ell$",
+        "length of the pendulum that the free mass is",
+        "m",
+        definition="a tie of stiffness m transverse_acceleration / length, for small angles",
+        minimum=0.0,
+        above=True,
+        default=math.inf,
+        note="leave it out for a mass that does not hang",
+    )
+
+    box: Any = None
+    # A force, or the name of one without settings until it is read.
+    forcing: Any = HARMONIC
+    masses: Any = None
+
+    def __post_init__(self) -> None:
+        values = self.__dict__
+        if not isinstance(self.structure, Structure):
+            raise TypeError(f"structure = {self.structure!r}: must be a damper.Structure")
+        self.check_each()
+        # Coordinates are relative to the base.
+        values["forcing"] = Base("base") if self.forcing == "base" else read_forcing(self.forcing)
+        if self.masses is not None:
+            own = enumerate(listed(self.masses, OF_A_MASS_STRUCTURE))
+            values["masses"] = tuple(_own_values(k, one) for k, one in own)
+        self._check_forcing()
+        self.dimensionless  # noqa: B018 - raises unless the scaled values are allowed, too
+
+    @classmethod
+    def of_any(cls, *values: Any, **named: Any) -> "StructureParameters":
+        """Make it of arguments of `SIParameters`, of which it refuses some by name."""
+        if values:
+            raise TypeError("give the parameters of a structure by name")
+        for name in named:
+            if name in _ELSEWHERE:
+                raise TypeError(f"{name}: {_ELSEWHERE[name]}")
+        return cls(**named)
+
+    def _check_forcing(self) -> None:
+        values, force = self.__dict__, self.forcing
+        if isinstance(force, NoForce) and self.force_amplitude is None:
+            values["force_amplitude"] = 0.0
+        missing: list[str] = [] if self.force_amplitude is not None else ["force_amplitude"]
+        if self.forcing_frequency is None:
+            # The frequency of free motion and of records is no more than the unit of cycles.
+            if force.has_phase and self.force_amplitude != 0.0:
+                missing.append("forcing_frequency")
+            else:
+                rate = _lowest_rate(self.structure)
+                if not rate:
+                    raise ValueError("forcing_frequency is missing: the structure has no stiffness")
+                values["forcing_frequency"] = rate
+        if missing:
+            raise TypeError(
+                f"missing parameters: {', '.join(missing)}; or forcing='none' for free motion"
+            )
+        check_force(force, self.phase, self.force_amplitude, (0.0,))
+        if not self.force_amplitude:
+            return
+        if isinstance(force, Base) and force.frame != "base":
+            raise ValueError(
+                f"forcing = {force!r}: the coordinates of a structure are relative to its base; "
+                "give damper.Base(frame='base')"
+            )
+        if moves_base(force):
+            if self.structure.base is None:
+                raise ValueError(
+                    f"forcing = {force!r}: the structure has no influence of its base; give base= "
+                    "to damper.Structure, or shapes['base'] to from_modes"
+                )
+        elif self.structure.force is None:
+            raise ValueError(
+                "the structure has no place of the force; give force= to damper.Structure, or "
+                "shapes['force'] to from_modes; or forcing='none' here"
+            )
+
+    @cached_property
+    def each(self) -> tuple[StructureMass, ...]:
+        """The free masses, in SI units."""
+        own = self.masses if self.masses is not None else ({},)
+        return tuple(
+            self._mass("" if self.masses is None else f"masses[{k}].", dict(one))
+            for k, one in enumerate(own)
+        )
+
+    def _mass(self, where: str, own: Mapping[str, Any]) -> StructureMass:
+        here = {**self.__dict__, **own}
+        boxes = tuple(self.structure.boxes)
+        if here["box"] is None and len(boxes) != 1:
+            known = f"must be one of {', '.join(boxes)}" if boxes else "the structure has none"
+            raise TypeError(f"{where}box is missing: {known}")
+        box = boxes[0] if here["box"] is None else here["box"]
+        self.structure.box(box, f"{where}box")
+        if missing := [name for name in _NEEDED if here[name] is None]:
+            raise TypeError(f"missing parameters: {', '.join(where + name for name in missing)}")
+        self._check_mass(where, here)
+        across = here["transverse_acceleration"]
+        hanging = here["free_mass"] * across / here["pendulum_length"]
+        return StructureMass(
+            box=box,
+            mass=here["free_mass"],
+            clearance=0.5 * here["gap"],
+            restitution=here["restitution"],
+            restitution_left=here["restitution_left"],
+            yield_speed=here["yield_speed"],
+            friction=here["friction_coefficient"] * across,
+            gravity=here["gravity"] * math.sin(math.radians(here["inclination"])),
+            tie_stiffness=here["tie_stiffness"] + hanging,
+            tie_damping=here["tie_damping"],
+        )
+
+    def _check_mass(self, where: str, here: Mapping[str, Any]) -> None:
+        hangs = here["pendulum_length"] < math.inf
+        for name, does in (
+            ("friction_coefficient", "presses the free mass on the box"),
+            ("pendulum_length", "pulls the pendulum back"),
+        ):
+            given = hangs if name == "pendulum_length" else here[name] != 0.0
+            if given and not here["transverse_acceleration"]:
+                raise ValueError(
+                    f"{where}{name} = {here[name]!r} without transverse_acceleration: nothing "
+                    f"{does}; give it in m/s2, 9.81 in a level box"
+                )
+        if hangs and (here["tie_stiffness"] or here["friction_coefficient"]):
+            other = "tie_stiffness" if here["tie_stiffness"] else "friction_coefficient"
+            raise ValueError(
+                f"{where}pendulum_length and {other}: a pendulum is its own tie and does not rub; "
+                "leave out one of the two"
+            )
+        if self.inclination not in (0.0, 90.0) and not here["gravity"]:
+            raise ValueError(
+                f"{where}inclination = {self.inclination!r} without gravity: nothing pulls the "
+                "free mass along the box; give it in m/s2, 9.81 on the earth"
+            )
+
+    @cached_property
+    def _sizes(self) -> tuple[float, float, float]:
+        """Units of mass, length and time, powers of two.
+
+        Half of the largest gap, the lowest natural frequency, and the mass that the structure has
+        at the box of the first free mass are of size 1.
+        """
+        length = max(one.clearance for one in self.each)
+        rate = _lowest_rate(self.structure) or self.forcing_frequency
+        shape = self.structure.boxes[self.each[0].box]
+        mass = 1.0 / float(shape @ np.linalg.solve(self.structure.mass, shape))
+        sizes = mass, length, 1.0 / rate
+        if not all(1e-200 < size < 1e200 for size in sizes):
+            raise ValueError(
+                f"mass {mass:g} kg, clearance {length:g} m, frequency {rate:g} rad/s: cannot be "
+                "scaled; must be between 1e-200 and 1e200"
+            )
+        return tuple(2.0 ** round(math.log2(size)) for size in sizes)  # type: ignore[return-value]
+
+    @cached_property
+    def units(self) -> Units:
+        """Sizes of the scaled units."""
+        mass, length, time = self._sizes
+        return Units(length, time, mass * (length / time) ** 2)
+
+    @cached_property
+    def dimensionless(self) -> ScaledParameters:
+        """The scaled parameters."""
+        (mass, length, time), units, s = self._sizes, self.units, self.structure
+        amplitudes = {
+            "force": units.force,
+            "B": length,
+            "U": mass * length,
+            "A": units.acceleration,
+        }
+        force = self.forcing
+        arrays = ScaledArrays(
+            mass=s.mass / mass,
+            damping=s.damping * (time / mass),
+            stiffness=s.stiffness * (time * time / mass),
+            force=np.zeros(len(s)) if s.force is None else s.force,
+            base=s.base,
+            points=s.points,
+            boxes=s.boxes,
+            base_shares=s.base_shares,
+        )
+        each = tuple(
+            StructureMass(
+                box=one.box,
+                mass=one.mass / mass,
+                clearance=one.clearance / length,
+                restitution=one.restitution,
+                restitution_left=one.restitution_left,
+                yield_speed=one.yield_speed / units.speed,
+                friction=one.friction / units.acceleration,
+                gravity=one.gravity / units.acceleration,
+                tie_stiffness=one.tie_stiffness * (time * time / mass),
+                tie_damping=one.tie_damping * (time / mass),
+            )
+            for one in self.each
+        )
+        return ScaledParameters(
+            structure=arrays,
+            each=each,
+            frequency_ratio=self.forcing_frequency * time,
+            force_amplitude=self.force_amplitude / amplitudes.get(force.amplitude, units.force),
+            phase=self.phase,
+            forcing=force.over(time),
+        )
+
+    @property
+    def cycle(self) -> float:
+        """Cycle 2 pi / forcing_frequency of the clock in s."""
+        return 2.0 * math.pi / self.forcing_frequency
+
+    def having(self, values: Mapping[str, Any]) -> "StructureParameters":
+        """Return these parameters with other values.
+
+        `gap_1` is that of mass 1, from 0; `mode_1_frequency`, in Hz, and `mode_1_damping_ratio` are
+        those of the structure's first mode.
+        """
+        of_modes = {name: v for name, v in values.items() if name in self.structure.numbers}
+        changed = {name: v for name, v in values.items() if name not in of_modes}
+        own = {name: changed.pop(name) for name in values if split(name, OF_A_MASS_STRUCTURE)}
+        if own:
+            given = changed.get("masses", self.masses)
+            changed["masses"] = with_own(given, own, OF_A_MASS_STRUCTURE)
+        if of_modes:
+            structure = changed.get("structure", self.structure)
+            changed["structure"] = structure.having(**of_modes)
+        return replace(self, **changed)
+
+
+def moves_base(forcing: Forcing) -> bool:
+    """Whether a force is the motion of a structure's base."""
+    return forcing.amplitude in ("B", "A")
+
+
+def _lowest_rate(structure: Structure) -> float:
+    """Lowest natural angular frequency that is not zero, in rad/s; 0 where there is none."""
+    rates = 2.0 * math.pi * structure.frequencies
+    # A rigid-body mode has the frequency of rounding.
+    moving = rates[rates > 1e-6 * rates[-1]]
+    return float(moving[0]) if len(moving) else 0.0
+
+
+def _own_values(k: int, given: Mapping[str, Any]) -> Mass:
+    known = {q.name: q for q in StructureParameters.quantities}
+    made = []
+    for name, value in given.items():
+        try:
+            made.append((name, value if name == "box" else known[name].check(value)))
+        except (ValueError, TypeError) as error:
+            raise type(error)(f"masses[{k}].{error}") from None
+    return Mass(made)
