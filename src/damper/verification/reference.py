@@ -265,12 +265,12 @@ def system_of(
         mpf(friction),
         mpf(gravity),
     )
-    force, inertial = _force(forcing, mpf(force_amplitude), omega, mpf(phase), zeta)
+    force, inertial = force_in_digits(forcing, mpf(force_amplitude), omega, mpf(phase), zeta)
     return System(zeta, force, inertial, (mass,))
 
 
-def _force(
-    spec: given.Forcing, amplitude: mpf, omega: mpf, phase: mpf, zeta: mpf
+def force_in_digits(
+    spec: given.Forcing, amplitude: mpf, omega: mpf, phase: mpf, zeta: Any = 0
 ) -> tuple[Sines | Pieces, bool]:
     """The force on a mass of 1, and whether it is an inertia."""
     unit = Sine(omega, phase, amplitude)
@@ -298,7 +298,7 @@ def _force(
             after = values[-1] if spec.after == "hold" else mpf(0)
             return Pieces(tuple(map(mpf, spec.time)), values, after), inertial
         case given.Noise():
-            return _force(spec.record, amplitude, omega, phase, zeta)
+            return force_in_digits(spec.record, amplitude, omega, phase, zeta)
     raise TypeError(f"forcing = {spec!r}: the reference does not know it")
 
 
