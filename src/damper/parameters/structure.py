@@ -179,6 +179,20 @@ class Structure:
             **single,
         )
 
+    @classmethod
+    def read_modes(cls, path: Any, **options: Any) -> "Structure":
+        """Read a modal table; arguments are those of `structure_files.read_modes`."""
+        from damper.parameters.structure_files import read_modes  # which makes structures
+
+        return read_modes(path, **options)
+
+    @classmethod
+    def read_matrices(cls, files: Any, **options: Any) -> "Structure":
+        """Read matrices; arguments are those of `structure_files.read_matrices`."""
+        from damper.parameters.structure_files import read_matrices  # which makes structures
+
+        return read_matrices(files, **options)
+
     def _set(self, modes: Any = None, **values: Any) -> "Structure":
         for name, value in values.items():
             if name in ("boxes", "points"):

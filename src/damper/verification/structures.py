@@ -231,7 +231,9 @@ class _Motion:
             second = applied(accelerations, at, slope, load[n], n == 0)
             q.append([a / ((n + 1) * (n + 2)) for a in second])
             forces.append(applied(contacts, at, slope, load[n], n == 0))
-        return list(zip(*q, strict=True)), [list(row) for row in zip(*forces, strict=True)]
+        return [list(row) for row in zip(*q, strict=True)], [
+            list(row) for row in zip(*forces, strict=True)
+        ]
 
     def _gap_series(self, wall: Wall, q: Sequence[Sequence[mpf]]) -> Vector:
         row = self._row(wall.number, wall.side)
