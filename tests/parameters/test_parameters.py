@@ -190,3 +190,21 @@ def test_a_state_taken_to_si_units_comes_back_to_the_last_bit() -> None:
         scaled = state.times(units)
         assert scaled.y == state.y * units.length
         assert scaled.over(units) == state
+
+
+def test_values_with_units() -> None:
+    given = {"gap": "20 mm", "free_mass": "2e2 g", "forcing_frequency": "600 rpm"}
+    made = SIParameters(**SI | given, masses=[{"gap": "3 cm"}, {}])
+    assert (made.gap, made.free_mass, made.forcing_frequency) == (0.02, 0.2, 2 * math.pi * 10)
+    assert [one.clearance for one in made.dimensionless.each] == [
+        one.clearance
+        for one in SIParameters(**made.given | {"masses": [{"gap": 0.03}, {}]}).dimensionless.each
+    ]
+    assert (
+        SIParameters(**SI | {"forcing": "base", "force_amplitude": "2 mm"}).force_amplitude == 0.002
+    )
+    with pytest.raises(ValueError, match=r"masses\[0\].gap = '3 s': has the unit 's'"):
+        SIParameters(**SI, masses=[{"gap": "3 s"}])
+    for value in ("20 mm", "20 F0/K"):
+        with pytest.raises(ValueError, match=f"clearance = '{value}': has the unit"):
+            Parameters(**GENERIC | {"clearance": value})

@@ -398,10 +398,37 @@ def test_frequencies_in_hertz(tmp_path: Path) -> None:
 
 
 def test_a_frequency_that_is_no_number_may_be_in_rad_per_second_or_hertz(tmp_path: Path) -> None:
-    given = SI_POINT | {"force_amplitude": 1.0, "forcing_frequency": "3.5 Hz"}
+    given = SI_POINT | {"force_amplitude": 1.0, "forcing_frequency": "fast"}
     text = SI_STUDY.replace("{}", ", ".join(f"{name}: {value}" for name, value in given.items()))
     said = blame(tmp_path, "harmonic", "", text)
-    assert "allowed: number in rad/s, or in Hz with `unit: Hz`, forcing_frequency > 0" in said
+    assert "allowed: number in rad/s, or with its unit, as 12 Hz, forcing_frequency > 0" in said
+
+
+def si_study(**given: Any) -> str:
+    values = SI_POINT | {"force_amplitude": 1.0} | given
+    return SI_STUDY.replace("{}", ", ".join(f"{name}: {value}" for name, value in values.items()))
+
+
+def test_values_with_units(tmp_path: Path) -> None:
+    text = si_study(primary_mass="2000 g", forcing_frequency="210 rpm", initial_velocity="3 mm/s")
+    text = text.replace("[0.02, 0.04]", "[20 mm, 4 cm]")
+    SCHEMA.validate(yaml.safe_load(text))
+    study = load(tmp_path, "harmonic", text=text)
+    expected = SI_POINT | {"forcing_frequency": 2.0 * np.pi * 3.5, "initial_velocity": 0.003}
+    assert study.fixed == study.fixed | expected
+    assert study.axis_values["gap"] == (0.02, 0.04)
+    assert study.values["forcing_frequency"] == "3.5 Hz"
+    assert study.to_yaml() == load(tmp_path, "harmonic", text=study.to_yaml()).to_yaml()
+    axis = text.replace("values: [20 mm, 4 cm]", "start: 1 cm, stop: 40 mm, step: 10 mm")
+    assert load(tmp_path, "harmonic", text=axis).axis_values["gap"] == (0.01, 0.02, 0.03, 0.04)
+
+
+def test_the_unit_of_an_amplitude_is_that_of_the_force(tmp_path: Path) -> None:
+    study = load(tmp_path, "base", text=si_study(force_amplitude="2 mm"))
+    assert study.fixed["force_amplitude"] == 0.002
+    record = "{kind: record, file: quake.csv, of: base_acceleration}"
+    study = load(tmp_path, record, text=si_study(force_amplitude="0.5 g"))
+    assert study.fixed["force_amplitude"] == 0.5 * 9.80665
 
 
 @pytest.mark.parametrize("given", MISTAKES["forces"], ids=str)

@@ -16,6 +16,7 @@ from damper.parameters.masses import changed_in, read_masses, value_in
 from damper.parameters.models import models_of
 from damper.parameters.names import OF_A_MASS_SI
 from damper.parameters.quantity import Quantity, QuantityClass, quantity, shared
+from damper.parameters.unit_text import number_in
 from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED, Units
 
 #: Least restitution of compliant contact without tension: its dashpot would have to be infinite.
@@ -419,6 +420,8 @@ class Parameters(QuantityClass):
 class SIParameters(QuantityClass, shares=Parameters):
     """The same damper in SI units; its results are in SI units too.
 
+    A number may be text with its unit: ``gap="20 mm"``, ``forcing_frequency="12 Hz"``.
+
     Parameters
     ----------
     {quantities}
@@ -554,10 +557,14 @@ class SIParameters(QuantityClass, shares=Parameters):
         return StructureParameters.of_any(*values, structure=structure, **named)
 
     def __post_init__(self) -> None:
+        own = self.__dict__
+        own["forcing"] = read_forcing(self.forcing)
+        unit = self.forcing.si_unit
+        own["force_amplitude"] = number_in("force_amplitude", self.force_amplitude, [unit])
         self.check_each()
-        self.__dict__["forcing"] = read_forcing(self.forcing)
         if self.masses is not None:
-            self.__dict__["masses"] = read_masses(self.masses, OF_A_MASS_SI)
+            units = {q.name: q.units for q in self.quantities}
+            own["masses"] = read_masses(self.masses, OF_A_MASS_SI, units)
         check_force(self.forcing, self.phase, self.force_amplitude, (0.0,))
         name = "friction_coefficient"
         rubs = {name: self.friction_coefficient}

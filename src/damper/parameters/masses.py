@@ -9,6 +9,7 @@ from typing import Any
 
 from damper.parameters.names import OF_A_MASS, OF_ANY_MASS, unknown_name
 from damper.parameters.quantity import in_range, real, whole
+from damper.parameters.unit_text import number_in
 
 #: Most masses of a damper.
 MOST_MASSES = 100
@@ -47,16 +48,22 @@ def equal_masses(count: int, clearance_spread: float = 0.0) -> list[dict[str, fl
     return [{"mass_share": 1.0 / count, "clearance_factor": 1.0 + spread * at} for at in steps]
 
 
-def read_masses(given: Any, names: tuple[str, ...] = OF_A_MASS) -> tuple[Mass, ...]:
-    """Check a sequence of mappings.
+def read_masses(
+    given: Any, names: tuple[str, ...] = OF_A_MASS, units: Mapping[str, str] = {}
+) -> tuple[Mass, ...]:
+    """Check a sequence of mappings; `units` are those of names whose text may have a unit.
 
     Raises
     ------
     ValueError, TypeError
         With the number of the mass, and what is wrong.
     """
+
+    def read(where: str, name: str, value: Any) -> float:
+        return real(where, number_in(where, value, [units.get(name, "")]))
+
     return tuple(
-        Mass((name, real(f"masses[{k}].{name}", one[name])) for name in names if name in one)
+        Mass((name, read(f"masses[{k}].{name}", name, one[name])) for name in names if name in one)
         for k, one in enumerate(listed(given, names))
     )
 

@@ -18,6 +18,7 @@ from textwrap import wrap
 from typing import Any, ClassVar, Self, dataclass_transform
 
 from damper.parameters.names import unknown_name
+from damper.parameters.unit_text import number_in
 from damper.parameters.units import SI_UNITS
 
 
@@ -100,7 +101,7 @@ class Quantity:
         return low and high and math.isfinite(value) and not (self.whole and value % 1.0)
 
     def check(self, value: float) -> float:
-        """Return `value` as a float if it is allowed.
+        """Return `value` as a float if it is allowed; text with a unit is read, as "20 mm".
 
         Raises
         ------
@@ -109,7 +110,7 @@ class Quantity:
         TypeError
             Not a real number.
         """
-        number = real(self.name, value)
+        number = real(self.name, number_in(self.name, value, [self.units]))
         if not self.holds(number):
             raise ValueError(
                 f"{self.name} = {value!r}: must be a finite number with {self.allowed}"

@@ -16,6 +16,7 @@ import damper
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.lazy import pd
 from damper.parameters.quantity import QuantityClass
+from damper.parameters.unit_text import number_in
 from damper.parameters.units import TIME
 from damper.sweep.events import KINDS
 
@@ -36,6 +37,23 @@ def main() -> None:
     """
 
 
+class _Number(click.ParamType):
+    """A number, or text with a unit, such as 20mm."""
+
+    name = "number"
+
+    def __init__(self, units: str) -> None:
+        self.units = units
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> float:
+        """Return the number in the unit of the quantity."""
+        try:
+            return float(number_in(param.name, value, [self.units]))
+        except ValueError as error:
+            text = str(error)
+            self.fail(text if "=" in text else f"{value!r} is no number", param, ctx)
+
+
 def _quantities(kind: type[QuantityClass]) -> Callable[[Any], Any]:
     """Give a command an option for each quantity (a decorator)."""
 
@@ -44,7 +62,7 @@ def _quantities(kind: type[QuantityClass]) -> Callable[[Any], Any]:
             option = click.option(
                 "--" + quantity.name.replace("_", "-"),
                 quantity.name,
-                type=float,
+                type=_Number(quantity.units),
                 required=quantity.default is None,
                 help=quantity.about,
             )
@@ -149,7 +167,6 @@ class _DesignCommand(click.Command):
             notes = ", ".join(filter(None, [*units, limits]))
             option = click.Option(
                 ["--" + name.replace("_", "-"), name],
-                type=str if file or name in ("title", "counts") else float,
                 nargs=2 if name in ("band", "restitution_range") else 1,
                 metavar="FILE" if file else None,
                 help=f"{setting.description}" + f" [{notes}]" * bool(notes),

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path, PurePosixPath
@@ -35,10 +36,11 @@ from pydantic_core import CoreSchema, PydanticCustomError, PydanticKnownError, c
 from damper.parameters.masses import MOST_MASSES, equal_masses, split
 from damper.parameters.names import OF_ANY_MASS
 from damper.parameters.quantities import ALL
+from damper.parameters.unit_text import SIZES, number_in
 from damper.study.axes import MOST_VALUES
 from damper.study.messages import NOTHING, Mistakes, in_plain_words
 from damper.study.schema import COORDINATE, THE_PARAMETERS, Schema, nested, once, quantity_schema
-from damper.study.yaml_file import NUMBER, Quoted, as_part, display
+from damper.study.yaml_file import NUMBER, Loc, Quoted, as_part, display
 
 # A file's name has at most 255 bytes, with what is added to it, such as a coordinate and a suffix.
 STEM = re.compile(r"[A-Za-z0-9_-]{1,100}")
@@ -69,6 +71,21 @@ class StrictModel(BaseModel):
             return cls.model_validate(data)
 
     @classmethod
+    def without_units(
+        cls, given: Mapping[str, Any], name: str | None, mistakes: Mistakes
+    ) -> dict[str, Any]:
+        """Return settings with numbers in place of texts with a unit, such as 20 mm.
+
+        `name` is the key under which the settings stand.
+        """
+        read = dict(given)
+        for key, unit in _units(cls).items():
+            if key in read:
+                with refused((key,), mistakes):
+                    read[key] = each_number(read[key], lambda text: number_in("", text, [unit]))  # noqa: B023
+        return read
+
+    @classmethod
     def check_keys(cls, given: Mapping[str, Any], mistakes: Mistakes) -> None:
         """Note keys that are missing or too many, whatever their values are."""
 
@@ -86,9 +103,12 @@ class StrictModel(BaseModel):
         mistakes = Mistakes()
         with mistakes.at(of=cls, name=info.context):
             if isinstance(data, dict):
-                cls.check_keys(data, mistakes)
-            model = handler(_as_read(cls, data))
-            model.check_together(mistakes)
+                data = cls.without_units(data, info.context, mistakes)
+            if not mistakes:
+                if isinstance(data, dict):
+                    cls.check_keys(data, mistakes)
+                model = handler(_as_read(cls, data))
+                model.check_together(mistakes)
         if alone:
             mistakes.lines = [line | {"loc": line["loc"][1:]} for line in mistakes.lines]
         mistakes.raise_any()
@@ -126,6 +146,30 @@ def _numeric(cls: type[StrictModel]) -> frozenset[str]:
         return annotation in (int, float) or any(map(has_numbers, get_args(annotation)))
 
     return frozenset(k for k, field in cls.model_fields.items() if has_numbers(field.annotation))
+
+
+@cache
+def _units(cls: type[StrictModel]) -> dict[str, str]:
+    """Return the SI units of the settings with numbers; 1 of those without a unit."""
+    notes = ((k, n) for k, field in cls.model_fields.items() for n in field.metadata)
+    found = {k: n.text for k, n in notes if getattr(n, "keyword", "") == "unit"}
+    units = {key: found.get(key, "1") for key in _numeric(cls)}
+    return {key: unit for key, unit in units.items() if unit in SIZES}
+
+
+def each_number(value: Any, read: Callable[[Any], Any]) -> Any:
+    """Return what is read of a value, or of each item of a list."""
+    return [read(item) for item in value] if isinstance(value, list | tuple) else read(value)
+
+
+@contextmanager
+def refused(loc: Loc, mistakes: Mistakes) -> Iterator[None]:
+    """Note the ValueError of `number_in` in the body."""
+    try:
+        yield
+    except ValueError as error:
+        message, _, allowed = str(error).partition(": must be ")
+        mistakes.add(loc, message.removeprefix(" = "), allowed)
 
 
 def as_numbers(value: Any, deep: int = 2) -> Any:

@@ -21,7 +21,7 @@ Report = dict[str, Any]
 def _in_range(quantity: Quantity) -> str:
     own = quantity.name in SI_ONLY and quantity.units not in ("1", "rad")
     units = f" in {quantity.units}" if own else ""
-    units += ", or in Hz with `unit: Hz`" if quantity.units == "rad/s" else ""
+    units += ", or with its unit, as 12 Hz" if quantity.units == "rad/s" else ""
     return f"number{units}, {quantity.allowed}"
 
 

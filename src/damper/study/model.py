@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product as combinations
@@ -26,6 +27,7 @@ from damper.parameters.quantities import (
     quantities_in,
 )
 from damper.parameters.run import EngineSettings, RunLength, declared_in
+from damper.parameters.unit_text import SIZES, allowed_units
 from damper.parameters.units import FREE, HERTZ, shown_unit
 from damper.study.axes import coordinate_name
 from damper.study.fields import (
@@ -53,6 +55,7 @@ from damper.study.settings import (
     draw_settings,
     drawn_of,
     given_settings,
+    texts_with_unit,
 )
 from damper.study.study_file import StudyFile
 from damper.study.yaml_file import display, dump_yaml
@@ -152,6 +155,22 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         NamedMapping("table"),
         Field(description="What to tabulate: name of the file -> kind and its settings."),
     ] = _NONE
+
+    @classmethod
+    def check_keys(cls, given: Mapping[str, Any], mistakes: Mistakes) -> None:
+        """Note a unit in a study without SI units, and one of an amplitude of another force."""
+        sections = ("parameters", "axes", "draws")
+        entries = [(s, n, e) for s in sections for n, e in _mapping(given.get(s)).items()]
+        with suppress(ValueError):  # of a mixture of units, which is said elsewhere
+            si = is_si(name for _, name, _ in entries if name in ALL)
+            for section, name, entry in entries:
+                for text, (_, unit) in texts_with_unit(entry):
+                    if not si and name not in SI_ONLY:
+                        message = f"'{name}' has a unit ({text}) in a dimensionless study"
+                        mistakes.add((section, name), message, "a number")
+                    elif name == "force_amplitude" and unit not in SIZES[_force_unit(given)]:
+                        message = f"the amplitude of this force is no number in {unit} ({text})"
+                        mistakes.add((section, name), message, allowed_units([_force_unit(given)]))
 
     @cached_property
     def axis_values(self) -> dict[str, tuple[float, ...]]:
@@ -439,6 +458,19 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
             for name, entry in entries.items()
             if (text := getattr(entry, remark)) is not None
         }
+
+
+def _mapping(given: Any) -> Mapping[str, Any]:
+    return given if isinstance(given, dict) else _NONE
+
+
+def _force_unit(given: Mapping[str, Any]) -> str:
+    """SI unit of a force's amplitude, from what a study says of the force."""
+    forcing = given.get("forcing")
+    kind = _mapping(forcing).get("kind", forcing)
+    if _mapping(forcing).get("of") == "base_acceleration":
+        return "m/s2"
+    return {"base": "m", "unbalance": "kg m"}.get(str(kind), "N")
 
 
 def _values_text(values: tuple[float, ...], units: str) -> str:

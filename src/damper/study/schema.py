@@ -13,6 +13,7 @@ from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import core_schema
 
 from damper.parameters.quantities import Quantity
+from damper.parameters.unit_text import SIZES
 
 Schema = dict[str, Any]
 
@@ -48,6 +49,8 @@ class Generator(GenerateJsonSchema):
         del made["title"]
         for part in made.get("properties", {}).values():
             unit = part.pop("unit", part.get("items", {}).pop("unit", ""))
+            if unit in (*SIZES, THE_PARAMETERS):
+                _allow_text(part)
             if unit not in ("", THE_PARAMETERS):
                 part["description"] = f"{part['description']} [{unit}]"
         if alone := getattr(cls, "shorthand", ""):
@@ -55,6 +58,17 @@ class Generator(GenerateJsonSchema):
             short = {key: value for key, value in kept if key not in ("description", "default")}
             made = {"anyOf": [short, made]}
         return made
+
+
+#: Type of a number that may be text with a unit.
+_NUMBER_OR_TEXT = ["number", "string"]
+
+
+def _allow_text(part: Schema) -> None:
+    """Let numbers be text with a unit, also in a list or a pair."""
+    for one in (part, part.get("items"), *part.get("prefixItems", ()), *part.get("anyOf", ())):
+        if isinstance(one, dict) and one.get("type") == "number":
+            one["type"] = _NUMBER_OR_TEXT
 
 
 def schema_of(annotation: Any) -> Schema:
@@ -124,6 +138,8 @@ def sort_of(schema: Schema) -> str:
         return " or ".join(", ".join(choices_of(one)) or sort_of(one) for one in schema["anyOf"])
     if schema.get("type") == "array":
         return f"list of {sort_of(schema['items'])}"
+    if schema.get("type") == _NUMBER_OR_TEXT:
+        return "number"
     if "type" not in schema or isinstance(schema["type"], list):
         return "mapping"
     sort: str = schema["type"]

@@ -22,9 +22,17 @@ from pydantic_core import CoreSchema, core_schema
 
 from damper.observers import OBSERVERS, observer_class
 from damper.observers.common.settings import Setting, Visibility
-from damper.parameters.quantities import ALL, PARAMETER_NAMES, quantities_in
+from damper.parameters.masses import split
+from damper.parameters.quantities import (
+    ALL,
+    DIMENSIONLESS_ONLY,
+    PARAMETER_NAMES,
+    Quantity,
+    quantities_in,
+)
 from damper.parameters.setting import END
-from damper.parameters.units import own_number
+from damper.parameters.unit_text import SIZES, number_in, split_unit
+from damper.parameters.units import AMPLITUDES, HERTZ, own_number
 from damper.parameters.variables import SI_UNITS, SPEED
 from damper.study.axes import MOST_VALUES, grid, short
 from damper.study.fields import (
@@ -39,7 +47,9 @@ from damper.study.fields import (
     StrictModel,
     Text,
     Unit,
+    each_number,
     one_of,
+    refused,
 )
 from damper.study.messages import Mistakes
 from damper.study.schema import THE_PARAMETERS, Schema, nested
@@ -76,7 +86,59 @@ InHertz = Annotated[
 ]
 
 
-class Fixed(StrictModel):
+class OfQuantity(StrictModel):
+    """Numbers of the quantity under whose name they stand, such as 20 mm or [10 Hz, 12 Hz]."""
+
+    @classmethod
+    def without_units(
+        cls, given: Mapping[str, Any], name: str | None, mistakes: Mistakes
+    ) -> dict[str, Any]:
+        read, quantity = dict(given), ALL.get(name or "")
+        texts = dict(texts_with_unit(given))
+        if quantity is None or not texts:
+            return read
+        units = si_units(quantity)
+        if quantity.units == "rad/s" and all(u in SIZES["Hz"] for _, u in texts.values()):
+            # Results keep the unit that a frequency is given in.
+            units = ["Hz"]
+            read["unit"] = HERTZ
+        numbers = [item for key in _NUMBERS & given.keys() for item in _items(given[key])]
+        if len(texts) < len(numbers) or "unit" in given:
+            message = f"only some of the values have a unit ({', '.join(texts)})"
+            mistakes.add((), message, "values that all have a unit, or none of them")
+        for key in _NUMBERS & given.keys():
+            with refused((key,), mistakes):
+                read[key] = each_number(read[key], lambda text: number_in("", text, units))
+        return read
+
+
+#: Settings of an `OfQuantity` with its numbers.
+_NUMBERS = {"value", "values", "start", "stop", "step", "range"}
+
+
+def _items(value: Any) -> list[Any]:
+    return [item for item in value if item is not None] if isinstance(value, list) else [value]
+
+
+def si_units(quantity: Quantity) -> list[str]:
+    """Return the SI units that a quantity may be in; none of what is dimensionless only."""
+    if quantity.name == "force_amplitude":
+        return list(dict.fromkeys(unit for _, unit in AMPLITUDES.values()))
+    if (split(quantity.name) or (quantity.name,))[0] in DIMENSIONLESS_ONLY:
+        return []
+    return [SI_UNITS.get(quantity.units, quantity.units)]
+
+
+def texts_with_unit(entry: Any) -> Iterator[tuple[str, tuple[str, str]]]:
+    """Yield the texts with a unit in an entry of a quantity, each with its number and unit."""
+    values = entry if isinstance(entry, dict) else {"value": entry}
+    for key in values.keys() & _NUMBERS:
+        for item in _items(values[key]):
+            if parts := split_unit(item):
+                yield item, parts
+
+
+class Fixed(OfQuantity):
     """A parameter that is the same throughout the study."""
 
     shorthand = "value"
@@ -99,7 +161,7 @@ class Fixed(StrictModel):
         check_origin(self, mistakes)
 
 
-class Axis(StrictModel):
+class Axis(OfQuantity):
     """A parameter that runs through values."""
 
     values: Annotated[
@@ -201,7 +263,7 @@ PrimaryStart = Annotated[
 ]
 
 
-class Drawn(StrictModel):
+class Drawn(OfQuantity):
     """What a quantity may be at random: in a range, one of some values, or either."""
 
     shorthand = "range"
