@@ -156,6 +156,11 @@ def test_parameters_on_a_structure():
     assert p.cycle == 2.0 * math.pi / 1.1
 
 
+def test_numbers_may_have_units():
+    p = parameters(masses=[MASS | {"gap": "20 mm"}], force_amplitude="2 kN")
+    assert (p.each[0].clearance, p.force_amplitude) == (0.01, 2000.0)
+
+
 def test_scaling_loses_no_digit():
     p = parameters(
         building(mass=np.multiply(M, 300.0), stiffness=np.multiply(K, 7e5)),
@@ -237,6 +242,8 @@ def test_amplitudes_of_forces_have_units_of_their_own():
         ({"forcing": "base"}, "no influence of its base; give base="),
         ({"forcing": damper.Base()}, "relative to its base; give damper.Base"),
         ({"masses": [MASS | {"pendulum_length": 1.0}]}, "nothing pulls the pendulum back"),
+        ({"masses": [MASS | {"yield_exponent": 0.1}]}, "yield_exponent without yield_speed"),
+        ({"masses": [MASS | {"gap": "2 kg"}]}, r"masses\[0\].gap = '2 kg': has the unit 'kg'"),
         ({"friction_coefficient": 0.1}, "nothing presses the free mass on the box"),
         ({"inclination": 30.0}, "inclination = 30.0 without gravity"),
         ({"structure": 3}, "structure = 3: must be a damper.Structure"),

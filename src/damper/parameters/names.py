@@ -15,8 +15,8 @@ OF_A_MASS_SI = (
 )
 #: Quantities of a free mass in a box of a structure.
 OF_A_MASS_STRUCTURE = (
-    *("box", "free_mass", "gap", *OF_A_MASS[2:5], "friction_coefficient", "yield_speed"),
-    *("tie_stiffness", "tie_damping", "pendulum_length"),
+    *("box", "free_mass", "gap", *OF_A_MASS[2:5], "friction_coefficient"),
+    *("yield_speed", "yield_exponent", "tie_stiffness", "tie_damping", "pendulum_length"),
 )
 #: In either system.
 OF_ANY_MASS = tuple(dict.fromkeys((*OF_A_MASS, *OF_A_MASS_SI)))

@@ -24,6 +24,7 @@ from damper.parameters.masses import Mass, listed, split, with_own
 from damper.parameters.names import OF_A_MASS_STRUCTURE
 from damper.parameters.quantity import QuantityClass, quantity, shared
 from damper.parameters.structure import Structure
+from damper.parameters.unit_text import number_in
 from damper.parameters.units import NO_UNITS, Units
 
 #: Names of `SIParameters` that a structure has in another way, or not at all -> what to do.
@@ -62,6 +63,7 @@ class StructureMass:
     """Infinite where it is that of the right wall."""
     yield_speed: float
     """Infinite where restitution does not depend on the approach speed."""
+    yield_exponent: float
     friction: float
     """Acceleration by dry friction while it slides."""
     gravity: float
@@ -147,6 +149,11 @@ class ScaledParameters:
         """Yield speed of the first mass."""
         return self.each[0].yield_speed
 
+    @property
+    def yield_exponent(self) -> float:
+        """Exponent of the yielding of the first mass."""
+        return self.each[0].yield_exponent
+
 
 class StructureParameters(QuantityClass, shares=Parameters):
     """Free masses in the boxes of a structure, in SI units; `damper.SIParameters` makes it.
@@ -166,8 +173,8 @@ class StructureParameters(QuantityClass, shares=Parameters):
         displacements are relative to the base.
     masses : sequence of mapping, optional
         Several free masses, a mapping for each: its own `box`, `free_mass`, `gap`, `restitution`,
-        `restitution_left`, `yield_speed`, `gravity`, `friction_coefficient`, `tie_stiffness`,
-        `tie_damping` and `pendulum_length`, in place of the values for all masses.
+        `restitution_left`, `yield_speed`, `yield_exponent`, `gravity`, `friction_coefficient`,
+        `tie_stiffness`, `tie_damping` and `pendulum_length`, in place of the values for all masses.
 
     Raises
     ------
@@ -221,6 +228,7 @@ class StructureParameters(QuantityClass, shares=Parameters):
 
     restitution_left: float = shared(default=math.inf)
     yield_speed: float = shared(default=math.inf)
+    yield_exponent: float = shared(default=0.25)
     gravity: float = quantity(
         r"$\gamma$",
         "acceleration of gravity",
@@ -282,9 +290,11 @@ class StructureParameters(QuantityClass, shares=Parameters):
         values = self.__dict__
         if not isinstance(self.structure, Structure):
             raise TypeError(f"structure = {self.structure!r}: must be a damper.Structure")
-        self.check_each()
         # Coordinates are relative to the base.
         values["forcing"] = Base("base") if self.forcing == "base" else read_forcing(self.forcing)
+        unit = self.forcing.si_unit
+        values["force_amplitude"] = number_in("force_amplitude", self.force_amplitude, [unit])
+        self.check_each()
         if self.masses is not None:
             own = enumerate(listed(self.masses, OF_A_MASS_STRUCTURE))
             values["masses"] = tuple(_own_values(k, one) for k, one in own)
@@ -368,6 +378,7 @@ class StructureParameters(QuantityClass, shares=Parameters):
             restitution=here["restitution"],
             restitution_left=here["restitution_left"],
             yield_speed=here["yield_speed"],
+            yield_exponent=here["yield_exponent"],
             friction=here["friction_coefficient"] * across,
             gravity=here["gravity"] * math.sin(math.radians(here["inclination"])),
             tie_stiffness=here["tie_stiffness"] + hanging,
@@ -375,6 +386,10 @@ class StructureParameters(QuantityClass, shares=Parameters):
         )
 
     def _check_mass(self, where: str, here: Mapping[str, Any]) -> None:
+        if here["yield_exponent"] != 0.25 and here["yield_speed"] == math.inf:
+            raise ValueError(
+                f"{where}yield_exponent without yield_speed: it has no effect; give both or none"
+            )
         hangs = here["pendulum_length"] < math.inf
         for name, does in (
             ("friction_coefficient", "presses the free mass on the box"),
@@ -452,6 +467,7 @@ class StructureParameters(QuantityClass, shares=Parameters):
                 restitution=one.restitution,
                 restitution_left=one.restitution_left,
                 yield_speed=one.yield_speed / units.speed,
+                yield_exponent=one.yield_exponent,
                 friction=one.friction / units.acceleration,
                 gravity=one.gravity / units.acceleration,
                 tie_stiffness=one.tie_stiffness * (time * time / mass),

@@ -318,8 +318,9 @@ class _Motion:
     def _restitution(self, number: int, speed: mpf) -> mpf:
         """Coefficient of restitution of the wall of a mass at an approach speed."""
         wall = self.walls[number]
-        one, yields = mpf(wall.mass.restitutions[wall.side > 0]), mpf(wall.mass.yield_speed)
-        return one * mp.root(yields / speed, 4) if speed > yields else one
+        one, yields = wall.mass.restitutions[wall.side > 0], mpf(wall.mass.yield_speed)
+        falls = (yields / speed) ** mpf(wall.mass.yield_exponent) if speed > yields else 1
+        return mpf(one) * falls
 
     def _slowest(self, wall: Wall) -> mpf:
         """Speed below which a rebound is none."""
