@@ -245,9 +245,37 @@ class Structure:
     @cached_property
     def frequencies(self) -> np.ndarray:
         """Undamped natural frequencies in Hz, rising."""
+        return np.sqrt(self._modal[0]) / (2.0 * math.pi)
+
+    @property
+    def shapes(self) -> np.ndarray:
+        """Undamped modes (n, n) of modal mass 1: a column for each, in the order of frequencies."""
+        return self._modal[1]
+
+    @cached_property
+    def _modal(self) -> tuple[np.ndarray, np.ndarray]:
+        """Squares of the natural angular frequencies, and the shapes."""
         factor = np.linalg.inv(np.linalg.cholesky(self.mass))
-        squares = np.linalg.eigvalsh(factor @ self.stiffness @ factor.T)
-        return np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi)
+        squares, vectors = np.linalg.eigh(factor @ self.stiffness @ factor.T)
+        return np.maximum(squares, 0.0), factor.T @ vectors
+
+    def mode_energies(self, x: Any, v: Any) -> np.ndarray:
+        """Return the energy of each mode, kinetic and potential.
+
+        Parameters
+        ----------
+        x, v : array_like (..., n)
+            Displacements and velocities of the coordinates.
+
+        Returns
+        -------
+        ndarray (..., n)
+            In J, in the order of `frequencies`; their sum is that of the structure.
+        """
+        squares, shapes = self._modal
+        to_modes = shapes.T @ self.mass
+        rates, places = np.asarray(v) @ to_modes.T, np.asarray(x) @ to_modes.T
+        return 0.5 * (rates**2 + squares * places**2)
 
     def box(self, name: Any, what: str = "box") -> np.ndarray:
         """Return the vector of a box; TypeError or ValueError with the nearest name for others."""

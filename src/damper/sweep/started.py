@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.lazy import xr
 from damper.parameters.quantity import real
+from damper.parameters.structural import StructureParameters
 from damper.sweep.events import EventTable, Started
 
 #: Variable -> its place in a state, and its meaning.
@@ -104,7 +106,9 @@ class OngoingRun:
         -------
         xarray.Dataset
             ``displacement``, ``velocity``, ``free_displacement`` and ``free_velocity`` over
-            ``time``; the last two also over ``body`` where there are several free masses.
+            ``time``; the last two also over ``body`` where there are several free masses. On a
+            structure the first two are of each ``point`` with a name, and ``mode_energy`` is that
+            of each mode.
 
         Raises
         ------
@@ -121,6 +125,8 @@ class OngoingRun:
         states = [self._state_at(moment, log) for moment in moments.tolist()]
         several = self._cut.shape[1] > segment.COLUMNS
         units = self._started.units
+        if isinstance(self.parameters, StructureParameters):
+            return _motion_of_structure(self.parameters, moments, states)
         found = {}
         for name, (place, meaning) in _MOTION.items():
             size = units.length if place % 2 == 0 else units.speed
@@ -157,6 +163,35 @@ class OngoingRun:
         row = max(int(np.searchsorted(-elapsed, 0.0, side="right")) - 1, 0)
         tau = min(max(float(elapsed[row]), 0.0), float(log[row, segment.DURATION]))
         return trajectory.state_in(log[row], tau)
+
+
+def _motion_of_structure(
+    parameters: StructureParameters, times: np.ndarray, states: Sequence[Any]
+) -> xr.Dataset:
+    """Motion of all points of a structure, of its free masses, and its energy by mode."""
+    structure, units = parameters.structure, parameters.units
+    x, v, y, u = (
+        np.array(column) * (units.speed if place % 2 else units.length)
+        for place, column in enumerate(zip(*states, strict=True))
+    )
+    names = list(structure.points)
+    points = np.array([structure.points[name] for name in names]).reshape(-1, len(structure)).T
+    energies = structure.mode_energies(x, v)
+    found = {
+        "displacement": (("time", "point"), x @ points, "displacement of the point"),
+        "velocity": (("time", "point"), v @ points, "velocity of the point"),
+        "free_displacement": (("time", "body"), y, _MOTION["free_displacement"][1]),
+        "free_velocity": (("time", "body"), u, _MOTION["free_velocity"][1]),
+        "mode_energy": (("time", "mode"), energies, "energy of the mode of the structure"),
+    }
+    return xr.Dataset(
+        {name: (dims, values, {"long_name": text}) for name, (dims, values, text) in found.items()},
+        {
+            "time": ("time", times, {"long_name": "time"}),
+            "point": names,
+            "mode": np.arange(1, len(structure) + 1),
+        },
+    )
 
 
 def start(
