@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import KW_ONLY, replace
 from functools import cached_property
+from importlib import import_module
 from typing import Any
 
 from damper.parameters.forcing import HARMONIC, check_force, read_forcing
@@ -552,9 +553,9 @@ class SIParameters(QuantityClass, shares=Parameters):
     def __new__(cls, *values: Any, structure: Any = None, **named: Any) -> Any:
         if structure is None:
             return object.__new__(cls)
-        from damper.parameters.structural import StructureParameters  # which has it for a base
-
-        return StructureParameters.of_any(*values, structure=structure, **named)
+        # By name: that module takes quantities from here.
+        structural = import_module("damper.parameters.structural")
+        return structural.StructureParameters.of_any(*values, structure=structure, **named)
 
     def __post_init__(self) -> None:
         own = self.__dict__

@@ -31,7 +31,7 @@ FLIGHT, STICKING = "flight", "sticking"
 Vector = list[mpf]
 
 
-class ExactRun(NamedTuple):
+class RunInDigits(NamedTuple):
     """Events in order of time, and the state at the end."""
 
     events: list[Event]
@@ -64,7 +64,7 @@ class Wall:
 
 def exact_run(
     parameters: StructureParameters, state: Any = None, *, until: Any, digits: int = 50
-) -> ExactRun:
+) -> RunInDigits:
     """Return every event up to a time, and the state then.
 
     Parameters
@@ -95,7 +95,7 @@ def exact_run(
         motion.decide()
         motion.run(mpf(until))
         q, r = motion.place, motion.rate
-        return ExactRun(motion.events, q[:n], r[:n], q[n:], r[n:])
+        return RunInDigits(motion.events, q[:n], r[:n], q[n:], r[n:])
 
 
 class _Motion:
