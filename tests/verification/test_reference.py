@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from cases import thinned
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 from scenes import GENERIC, QUIET
@@ -302,6 +302,8 @@ def polynomial(roots: list[mpf], factor: mpf) -> list[mpf]:
     return c
 
 
+# Passed by roundoff alone, where the polynomial touches zero and has a root after that.
+@example([0.16009842068234284, 0.16009842068234284, 1.0], 3.0, 1.0)
 @settings(deadline=None, max_examples=40)
 @given(
     st.lists(st.floats(0.01, 3), min_size=1, max_size=5), st.floats(1e-6, 1e6), st.floats(0.5, 2)
@@ -319,8 +321,8 @@ def test_first_of_known_roots(roots, factor, end):
             pass  # the last step may round to beyond the end, where the next panel begins
         elif isolated:
             assert abs(found - first) < mpf("1e-38")
-        elif found is not None:  # roots that touch are uncertain by a part of their digits
-            assert found < first + mpf("1e-6")
+        else:  # roots that touch are uncertain by a part of their digits
+            assert abs(found - first) < mpf("1e-6")
 
 
 @pytest.mark.parametrize("roots", [[0.01] * 5, [0.7] * 4])
@@ -329,10 +331,7 @@ def test_a_multiple_root_is_reached(roots: list[float]) -> None:
     with mp.workdps(50):
         q = polynomial([mpf(root) for root in roots], mpf("0.01"))
         found = first_root(q, mpf(1))
-        if found is None:  # even ones may be missed by rounding, which lifts the polynomial
-            assert len(roots) % 2 == 0
-        else:
-            assert abs(found - min(roots)) < mpf("1e-9")
+        assert abs(found - min(roots)) < mpf("1e-9")
 
 
 @pytest.mark.parametrize("gap", ["1e-22"])

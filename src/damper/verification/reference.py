@@ -819,7 +819,8 @@ def first_root(c: Sequence[mpf], end: mpf) -> mpf | None:
     parabola cannot pass a root and converges quadratically to a simple one. Towards a multiple root
     it would take ever smaller parts of what is left; after `QUICK` steps B is that of the next
     stretch alone. The error may be small against ``end``, not only against the root, unless it is
-    zero at 0.
+    zero at 0. Where the polynomial touches zero but for the roundoff of its terms, that is a root:
+    a step further, roundoff alone would decide whether it is passed.
     """
     order = next((n for n, value in enumerate(c) if value != 0), len(c))
     q = c[order:]
@@ -827,6 +828,8 @@ def first_root(c: Sequence[mpf], end: mpf) -> mpf | None:
         return mpf(0)
     everywhere = _bend(q, end)
     tolerance = 1000 * mp.eps
+    sizes = [abs(value) for value in q]
+    most = _roundoff(sizes, end)
     tau = mpf(0)
     reach = end
     quick = QUICK
@@ -841,6 +844,10 @@ def first_root(c: Sequence[mpf], end: mpf) -> mpf | None:
             bound = _bend(local, reach)
         if value <= 0 and slope <= 0:
             return tau
+        if value <= most:
+            roundoff = _roundoff(sizes, tau)
+            if value <= roundoff and slope**2 <= 2 * bound * roundoff:
+                return tau
         value = max(value, mpf(0))
         root = mp.sqrt(slope**2 + 2 * bound * value)
         if slope > 0:
@@ -868,6 +875,11 @@ def expand(q: Sequence[mpf], tau: mpf) -> list[mpf]:
         for n in range(len(local) - 2, lowest - 1, -1):
             local[n] += tau * local[n + 1]
     return local
+
+
+def _roundoff(sizes: Sequence[mpf], tau: mpf) -> mpf:
+    """Return a bound on the roundoff of a polynomial, by the sizes of its coefficients."""
+    return 2 * len(sizes) * mp.eps * horner(sizes, tau)[0] if sizes and tau else mpf(0)
 
 
 def _bend(q: Sequence[mpf], end: mpf) -> mpf:
