@@ -185,22 +185,6 @@ def test_a_band_from_the_worst_to_the_best() -> None:
     assert_nothing_overlaps(figure)
 
 
-@pytest.mark.parametrize(("size", "unit", "factor"), [(1.5e-2, "mm", 1e3), (1.5e-1, "m", 1.0)])
-def test_all_of_a_panel_is_in_one_unit(size: float, unit: str, factor: float) -> None:
-    """Though the best runs alone, or the amplitude without damper, would have another one."""
-    runs = size * np.array([[1.0, 0.1]] * 4)
-    cube = made_up({"frequency_ratio": X}, {"draw": [0, 1]}, peak_displacement=runs)
-    cube.peak_displacement.attrs = {"long_name": "peak", "units": "m"}
-    cube = cube.assign(amplitude_ratio=(cube.peak_displacement / 0.5).assign_attrs(units="1"))
-    (ax,) = curves(cube, band=["draw"]).axes
-    assert ax.get_ylabel().endswith(f"/ {unit}")
-    worst, alone = lines(ax)
-    np.testing.assert_allclose(worst.get_ydata(), factor * size)
-    np.testing.assert_allclose(alone.get_ydata(), factor * 0.5)
-    corners = ax.collections[0].get_paths()[0].vertices[:, 1]
-    assert corners.min() == pytest.approx(factor * 0.1 * size)
-
-
 # --- best
 
 

@@ -1,11 +1,15 @@
 """What all figures share: selection, labels, scales, legends."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from figures.drawing import made_up
 
 from damper.analysis.optimum import least
-from damper.figures.common.layout import select
+from damper.figures.common.layout import select, write_prefixes
+from damper.figures.common.panels import panel_grid
+from damper.figures.common.style import label, save, style
 
 AXES = {"mass_ratio": [0.1, 0.2], "clearance": [0.5, 1.0, 1.5]}
 DIRECTIONS = {"direction": ["up", "down"]}
@@ -52,3 +56,34 @@ def test_least_of_nearly_equal_values_is_the_first() -> None:
     assert least(np.array([2.0, 1.1, 1.0])) == 2
     assert least(np.array([np.inf, np.inf])) == 0
     assert least(np.array([0.0, -1.0, -1.0])) == 1
+
+
+@pytest.mark.parametrize(
+    ("largest", "units", "scale", "shown", "texts"),
+    [
+        (2e-3, "m", "linear", "mm", {"0.00", "0.50", "2.00"}),
+        (2e-6, "m/s", "linear", "(µm/s)", {"0.00", "0.50", "2.00"}),
+        (3e7, "N/m", "linear", "(MN/m)", {"0", "10", "30"}),
+        (2e-3, "m", "log", "mm", {"0.5", "1", "2"}),
+        (2e-2, "m", "log", "mm", {"0.01", "1", "10"}),
+        (5.0, "m", "linear", "m", {"0", "1", "5"}),
+        (2e-3, "s2", "linear", "s²", set()),
+    ],
+)
+def test_axes_have_the_prefix_that_suits_them(
+    largest: float, units: str, scale: str, shown: str, texts: set[str], tmp_path: Path
+) -> None:
+    """The data stay as they are; an axis with the same limits and no label of its own follows."""
+    with style():
+        figure, ((above,), (below,)) = panel_grid(2, height=2.0)
+        first = {"linear": 0.0, "log": largest / (4 if largest < 1e-2 else 1e4)}[scale]
+        below.plot([first, largest], [0.0, 1.0])
+        below.set(xscale=scale, xlabel=label("length", "$l$", units))
+        write_prefixes(figure)
+        save(figure, tmp_path / "one.png")
+    assert below.get_xlabel() == f"length $l$ / {shown}"
+    written = {text.get_text() for text in below.get_xticklabels()}
+    assert texts <= written
+    assert above.xaxis.get_major_formatter() is below.xaxis.get_major_formatter()
+    assert below.lines[0].get_xdata()[1] == largest
+    assert bool(texts) != bool(below.xaxis.get_offset_text().get_text())

@@ -122,7 +122,7 @@ def test_si_units() -> None:
         observers={"impact_section": {"samples": 10}, "trajectory": None},
     )
     axes = table(drawn("phase_portrait", frame, columns="forcing_frequency"))
-    assert axes[1, 0].get_xlabel() == "relative displacement $(y - x)$ / m"
+    assert axes[1, 0].get_xlabel() == "relative displacement $(y - x)$ / mm"
     walls = [k.get_xdata()[0] for k in axes[1, 0].lines if k.get_color() == "#777777"]
     assert walls == [-0.0005, 0.0005]
     assert "(10 taken)" in axes[2, 0].get_title(loc="left")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from damper.parameters.lazy import pd, xr
 from damper.parameters.names import unknown_name
 from damper.parameters.quantities import ALL, check_quantity, quantities_in
-from damper.parameters.units import own_number
+from damper.parameters.units import handy, own_number
 from damper.parameters.warned import warn
 from damper.sweep.grid import product
 
@@ -186,15 +185,11 @@ def require_numbers(values: Any, message: str) -> np.ndarray:
     return array
 
 
-def in_millimetres(cube: xr.Dataset, like: Mapping[str, str] = MappingProxyType({})) -> xr.Dataset:
-    """Return a cube with lengths below a tenth of a metre in millimetres.
-
-    Variables that are to have the unit of another one stand in `like`.
-    """
-    given = cube.variables
-    for name, array in given.items():
-        judged = given[like.get(str(name), name)]
-        if array.attrs.get("units") == "m" and abs(judged).max() < 0.1:
-            small = (array.dims, 1e3 * array.values, array.attrs | {"units": "mm"})
-            cube = cube.assign({name: small})
+def in_handy_units(cube: xr.Dataset) -> xr.Dataset:
+    """Return a cube with lengths in mm or another unit that their size asks for."""
+    for name, array in cube.variables.items():
+        if array.attrs.get("units") == "m":
+            factor, unit = handy(float(abs(array).max()), "m")
+            scaled = (array.dims, array.values / factor, array.attrs | {"units": unit})
+            cube = cube.assign({name: scaled})
     return cube

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.places import geometric, in_millimetres
+from damper.analysis.places import geometric
 from damper.analysis.reduction import BEST, MEDIAN, REDUCTIONS, least, reduced, runs_over
 from damper.figures.common import layout, panels
 from damper.figures.common.style import BLACK, BLUE, COLUMN, RATIOS, SYMBOLS, label
@@ -249,10 +249,7 @@ def _shown(cube: xr.Dataset, settings: Curves) -> tuple[xr.Dataset, list[str]]:
         if OVER.get(name) in place
     }
     place, names = reduced(place, settings.variables, given)
-    beside_it = (BEST, MEDIAN, _UNDAMPED)
-    return in_millimetres(
-        place.assign(alone), {name + each: name for name in names for each in beside_it}
-    ), names
+    return place.assign(alone), names
 
 
 #: Ending of the name of an amplitude without damper.

@@ -11,7 +11,7 @@ from pydantic import Field
 from damper.analysis.labels import label_of
 from damper.analysis.motions import attractors
 from damper.analysis.optimum import SAME
-from damper.analysis.places import geometric, in_millimetres
+from damper.analysis.places import geometric, in_handy_units
 from damper.analysis.reduction import REDUCTIONS, least, reduced, worst
 from damper.analysis.stretches import half_gap
 from damper.figures.common import layout, panels, style
@@ -185,8 +185,8 @@ def draw(results: Mapping[str, Any], settings: Map) -> Figure:
     place, variable, touched, classes = classified(
         cube, settings.model_dump(), x, y, settings.panels
     )
-    if settings.theory is None:
-        place = in_millimetres(place)
+    if settings.equal:
+        place = in_handy_units(place)
     written = {name: place[name].values for name in (x, y)} if settings.equal else {}
     for name, listed in written.items():
         place = place.assign_coords({name: (name, np.arange(listed.size), place[name].attrs)})

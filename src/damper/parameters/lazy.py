@@ -11,7 +11,9 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
+    from matplotlib.ticker import Formatter
 else:
 
     class _Library:
@@ -26,6 +28,6 @@ else:
             return value
 
     pd, xr = _Library("pandas"), _Library("xarray")
-    Artist = Axes = Figure = Any
+    Artist = Axes = Axis = Figure = Formatter = Any
 
-__all__ = ["Artist", "Axes", "Figure", "pd", "xr"]
+__all__ = ["Artist", "Axes", "Axis", "Figure", "Formatter", "pd", "xr"]

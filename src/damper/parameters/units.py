@@ -61,6 +61,38 @@ def name_of(unit: str, amplitude: str = FORCE) -> str:
     return {LENGTH: length, FORCE: amplitude, **names}.get(unit, unit)
 
 
+#: Least size of a multiple of a unit, the multiple, and its prefix: large ones, itself, small ones.
+_LARGE = [(1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e4, 1e3, "k")]
+_SMALL = [(0.1, 1.0, ""), (1e-4, 1e-3, "m"), (0.0, 1e-6, "µ")]
+#: SI unit -> for sizes from a least one on: how many times larger a unit is, and that unit.
+_HANDY = {
+    "m": [(1.0, 1.0, "m"), (1e-5, 1e-3, "mm"), (1e-7, 1e-6, "µm"), (0.0, 1e-9, "nm")],
+    "kg": [(1e4, 1e3, "t"), (0.1, 1.0, "kg"), (1e-4, 1e-3, "g"), (0.0, 1e-6, "mg")],
+    "kg m": [(1.0, 1.0, "kg m"), (0.0, 1e-3, "kg mm")],
+    **{
+        unit: [(least, size, prefix + unit) for least, size, prefix in prefixes]
+        for units, prefixes in (
+            (("N/m", "N s/m", "Hz"), [*_LARGE, (0.0, 1.0, "")]),
+            (("N", "J", "N s"), [*_LARGE, *_SMALL]),
+            (("s", "m/s", "m/s2"), _SMALL),
+        )
+        for unit in units
+    },
+}
+
+
+def handy(size: float, unit: str) -> tuple[float, str]:
+    """Return how many times larger the unit is in which a size is written, and that unit.
+
+    Examples
+    --------
+    >>> handy(0.002, "m"), handy(2e7, "N/m"), handy(0.03, "1")
+    ((0.001, 'mm'), (1000000.0, 'MN/m'), (1.0, '1'))
+    """
+    scale = _HANDY.get(unit, []) if size else []
+    return next((one[1:] for one in scale if not abs(size) < one[0]), (1.0, unit))
+
+
 def own_number(value: Any, units: str | None) -> Any:
     """Return a value in the own unit of its quantity: rad/s for a frequency given in Hz."""
     return 2.0 * math.pi * value if units == HERTZ else value

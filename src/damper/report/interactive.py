@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from damper.analysis.places import geometric, in_millimetres, own_values
+from damper.analysis.places import geometric, in_handy_units, own_values
 from damper.figures.bifurcation import LOGARITHMIC, with_relative
 from damper.figures.common.layout import numbers, select
 from damper.figures.common.style import RATIOS, long_name
@@ -53,7 +53,7 @@ def interactive(cube: Any, settings: Mapping[str, Any], study: Mapping[str, Any]
     if settings["kind"] == "map":
         x, y = settings["x"], settings["y"]
         place, variable, touched, classes = classified(cube, settings, x, y, *choices)
-        place = in_millimetres(place)
+        place = in_handy_units(place)
         # Colours are of all these runs, a click shows one.
         overlaid = [*settings.get("worst", ()), *settings.get("share", ())]
         shown = _map(place, variable, classes, [*choices, y, x])
@@ -66,7 +66,7 @@ def interactive(cube: Any, settings: Mapping[str, Any], study: Mapping[str, Any]
         names = [name for name in (*variables, "chatter") if name in cube]
         own = [dim for dim in (*_BRANCHES, "sample", "impact") if dim in cube[names].dims]
         keep = [dim for dim in own if dim not in at]
-        place = in_millimetres(select(cube, names, at, (x, *choices, *keep)).sortby(x))
+        place = in_handy_units(select(cube, names, at, (x, *choices, *keep)).sortby(x))
         overlaid = [dim for dim in _BRANCHES if dim in keep]
         shown = _diagram(place, variables, [*choices, *overlaid, x])
     order = [*choices, *overlaid, *([y] if y else []), x]
@@ -85,7 +85,7 @@ def _axis(place: Any, cube: Any, name: str, along: bool) -> dict[str, Any]:
         "label": array.attrs.get("long_name", name) if name in ALL else name,
         "units": _units(array.attrs),
         "values": array.values.tolist(),
-        # As a run takes them: the place may be in millimetres.
+        # As a run takes them: the place may be in mm.
         "own": sorted(own) if along else own,
         "log": along and geometric(array.values),
     }

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from damper.figures import schematic
-from damper.figures.common.layout import few_decades
+from damper.figures.common.layout import write_prefixes
 from damper.figures.common.panels import panel_grid
-from damper.figures.common.style import BLACK, COLUMN, VERMILION, save, style
+from damper.figures.common.style import BLACK, COLUMN, VERMILION, label, save, style
 from damper.parameters.lazy import Figure
 from damper.sizing.machine import RECORDS, Machine
 from damper.sizing.search import DIGITS
@@ -236,41 +236,41 @@ def response(design: Design) -> Figure:
         if m.band is None:
             figure, ((ax,),) = panel_grid(1, height=2.6)
             for name, look in (("without", _WITHOUT), ("as_built", _BUILT)):
-                ax.plot(table.time, 1e3 * table[name], **look | ({} if m.is_free else {"lw": 0.9}))
+                ax.plot(table.time, table[name], **look | ({} if m.is_free else {"lw": 0.9}))
             if m.is_free:
-                ax.axhline(1e3 * m.decay_to * table.as_built.iloc[0], color=BLACK, lw=0.5, ls=":")
-                ax.set(xlabel="time / s", ylabel="peaks of the displacement / mm", yscale="log")
-                few_decades(ax)
+                ax.axhline(m.decay_to * table.as_built.iloc[0], color=BLACK, lw=0.5, ls=":")
+                ax.set(xlabel="time / s", ylabel="peaks of the displacement / m", yscale="log")
             else:
                 from_base = " from the base" if m.acceleration_record is not None else ""
-                ax.set(xlabel="time / s", ylabel=f"displacement{from_base} / mm")
+                ax.set(xlabel="time / s", ylabel=f"displacement{from_base} / m")
                 ax.set_xlim(table.time.min(), table.time.max())
             ax.legend(frameon=False)
+            write_prefixes(figure)
             return figure
         figure, ((upper,), (lower,)) = panel_grid(2, height=4.2, height_ratios=(2, 1))
         for ax in (upper, lower):
             ax.axvspan(*m.band, color="#EAF1F6", lw=0.0)
-        size, unit = (1e3, "mm") if m.measured[1] == "m" else (1.0, m.measured[1])
         looks = {"without": _WITHOUT, "worst": _WORST, "as_built": _BUILT}
         if not m.has_tolerances:  # the worst case is as built
             del looks["worst"]
         for name, look in looks.items():
-            upper.plot(table.frequency, size * table[name], **look)
+            upper.plot(table.frequency, table[name], **look)
             lower.plot(table.frequency, table[name] / table.without, **look)
         if m.limit is not None:
-            upper.axhline(size * m.limit, color=BLACK, lw=0.5, ls=":")
+            upper.axhline(m.limit, color=BLACK, lw=0.5, ls=":")
         upper.plot(
             [design.worst_frequency],
-            [size * design.worst],
+            [design.worst],
             "o",
             color=VERMILION,
             ms=4,
             label="worst case",
         )
-        upper.set_ylim(0.0, size * _HIGHEST * design.worst)
+        upper.set_ylim(0.0, _HIGHEST * design.worst)
         lower.set_ylim(0.0, min(_HIGHEST, 1.1 * float((table.worst / table.without).max())))
-        upper.set_ylabel(f"{m.measured[2]} / {unit}")
+        upper.set_ylabel(label(m.measured[2], "", m.measured[1]))
         lower.set(xlabel="frequency / Hz", ylabel="over that without")
         lower.set_xlim(table.frequency.min(), table.frequency.max())
         upper.legend(frameon=False, title=f"shaded: the band, {m.band[0]:g} to {m.band[1]:g} Hz")
+        write_prefixes(figure)
     return figure

@@ -14,7 +14,7 @@ from pydantic import Field
 
 from damper.analysis.labels import label_of
 from damper.analysis.optimum import DAMPED, GOOD, NEAR, best_clearance, damping_shares
-from damper.analysis.places import in_millimetres
+from damper.analysis.places import in_handy_units
 from damper.analysis.reduction import runs_over
 from damper.parameters.lazy import pd, xr
 from damper.study.fields import Text
@@ -73,7 +73,7 @@ def make(results: Mapping[str, Any], settings: Performance) -> Table:
         f"Beside it: the largest amplitudes at the neighbouring values of the {clearance}. Where "
         "motion is chaotic, amplitudes depend on the length of the window and on rounding, and "
         "what looks best may be chance: then these differ widely.",
-        _best(in_millimetres(cube), along, over, settings.damped, worst),
+        _best(in_handy_units(cube), along, over, settings.damped, worst),
         "## What good damping goes with",
         f"Good damping: an rms ratio below {settings.good:g}. Only runs with impacts count.",
         _shares(shares, frequency),

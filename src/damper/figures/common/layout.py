@@ -14,10 +14,10 @@ from damper.analysis.places import geometric, value_on
 from damper.analysis.reduction import runs_over
 from damper.figures.common import style
 from damper.parameters.forcing import force_text
-from damper.parameters.lazy import Artist, Axes, Figure, xr
+from damper.parameters.lazy import Artist, Axes, Axis, Figure, Formatter, xr
 from damper.parameters.names import unknown_name
-from damper.parameters.quantities import INITIAL_NAMES, is_si, quantities_in
-from damper.parameters.units import units_of
+from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si, quantities_in
+from damper.parameters.units import handy, units_of
 from damper.sweep.record import force_settings
 
 #: Letters that fit in an inch of heading, of label, and of legend.
@@ -92,13 +92,18 @@ def whole(array: xr.DataArray) -> bool:
 
 def place_label(place: xr.Dataset, name: str, inches: float) -> str:
     """Label of an axis of the cube, in the cube's units, on as many lines as it needs."""
-    text = style.axis_label(name, units_of(place[name].attrs))
-    return wrap(_words(text.replace(" / ", "\xa0/\xa0")), inches * _LABEL)
+    units = units_of(place[name].attrs)
+    text = style.axis_label(name, units)
+    return wrap(_words(text.replace(" / ", "\xa0/\xa0")), inches * _LABEL - _prefix(units))
 
 
 def place_text(place: xr.Dataset, name: str, value: Any) -> str:
-    """Write the value of an axis of the cube, in the cube's units."""
-    return style.value_text(name, value, units_of(place[name].attrs))
+    """Write the value of an axis of the cube, with the prefix of the unit that its values have."""
+    units, values = units_of(place[name].attrs), place[name].values
+    if name in ALL:
+        factor, units = handy(float(np.abs(values).max()), units)
+        value /= factor
+    return style.value_text(name, value, units)
 
 
 def variable_label(array: xr.DataArray, inches: float) -> str:
@@ -106,8 +111,14 @@ def variable_label(array: xr.DataArray, inches: float) -> str:
     attrs = array.attrs
     name = str(array.name)
     meaning = style.VARIABLE_MEANINGS.get(name, attrs.get("long_name", name))
-    rest = style.label("", style.VARIABLE_SYMBOLS.get(name, ""), units_of(attrs))
-    return wrap([*_words(meaning), *([rest] if rest else [])], inches * _LABEL)
+    units = units_of(attrs)
+    rest = style.label("", style.VARIABLE_SYMBOLS.get(name, ""), units)
+    return wrap([*_words(meaning), *([rest] if rest else [])], inches * _LABEL - _prefix(units))
+
+
+def _prefix(units: str) -> int:
+    """Letters that a prefix may add to units."""
+    return int(any(handy(size, units)[0] != 1.0 for size in (1e-4, 1e12)))
 
 
 def head(
@@ -199,14 +210,80 @@ def few_decades(ax: Axes) -> None:
 
     Otherwise labels such as 3 x 10^-2 stand so close that they overlap.
     """
+    for axis in (ax.xaxis, ax.yaxis):
+        low, high = sorted(axis.get_view_interval())
+        if axis.get_scale() == "log" and high < 100.0 * low and low >= 1e-3 and high <= 1e4:
+            _mark(axis)
+            axis.set_major_formatter("{x:g}")
+
+
+def _mark(axis: Axis) -> None:
+    """Mark a logarithmic axis over a few decades at a few numbers."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
-    for axis, (low, high) in ((ax.xaxis, ax.get_xlim()), (ax.yaxis, ax.get_ylim())):
-        if axis.get_scale() == "log" and high < 100.0 * low and low >= 1e-3 and high <= 1e4:
-            steps = (1.0, 2.0, 5.0) if high >= 5.0 * low else (1.0, 2.0, 3.0, 4.0, 5.0, 7.0)
-            axis.set_major_locator(LogLocator(subs=steps))
-            axis.set_major_formatter("{x:g}")
-            axis.set_minor_formatter(NullFormatter())
+    low, high = sorted(axis.get_view_interval())
+    steps = (1.0, 2.0, 5.0) if high >= 5.0 * low else (1.0, 2.0, 3.0, 4.0, 5.0, 7.0)
+    axis.set_major_locator(LogLocator(subs=steps))
+    axis.set_minor_formatter(NullFormatter())
+
+
+#: The unit at the end of an axis' label.
+_UNIT = re.compile(r"(?<=/[ \xa0])(\(?)([^()$]+)(\)?)$")
+
+
+def write_prefixes(figure: Figure) -> None:
+    """Write axes in SI units with the prefix that suits what they span: 1.6 mm, not 0.0016 m.
+
+    An axis without a label has the unit of that in its row, or in its column.
+    """
+    labelled: dict[Any, float] = {}
+    bare: dict[Axis, Any] = {}
+    made: list[Formatter] = []
+    for ax in figure.axes:
+        place = ax.get_subplotspec()
+        rows = (place.colspan, place.rowspan) if place else (ax, ax)
+        for number, axis in enumerate((ax.xaxis, ax.yaxis)):
+            row = number, rows[number]
+            if found := _UNIT.search(label := axis.get_label_text()):
+                size = max(map(abs, axis.get_view_interval()))
+                factor, units = handy(float(size), found[2].replace("s²", "s2"))
+                if factor != 1.0 and _write_in(axis, factor, made):
+                    axis.set_label_text(_UNIT.sub(rf"\1{style.units_text(units)}\3", label))
+                    labelled[row] = factor
+            elif not label:
+                bare[axis] = row
+    for axis, row in bare.items():
+        if row in labelled:
+            _write_in(axis, labelled[row], made)
+
+
+def _write_in(axis: Axis, factor: float, made: list[Formatter]) -> bool:
+    """Write the numbers of an axis in a unit so many times as large; False for ticks of words.
+
+    `made` are the formatters that have been set, which axes with the same limits share.
+    """
+    from matplotlib.ticker import FuncFormatter, LogFormatter, ScalarFormatter, StrMethodFormatter
+
+    shown = axis.get_major_formatter()
+    if shown in made:
+        return True
+    if not isinstance(shown, ScalarFormatter | LogFormatter | StrMethodFormatter):
+        return False
+    form = style.in_unit(factor)
+    if axis.get_scale() == "log":
+        low, high = (end / factor for end in sorted(axis.get_view_interval()))
+        if high < 100.0 * low:
+            _mark(axis)
+        plain = low >= 1e-3 and high <= 1e4
+        form = FuncFormatter(lambda x, _: f"{x / factor:g}" if plain else _power(x / factor))
+    made.append(form)
+    axis.set_major_formatter(form)
+    return True
+
+
+def _power(value: float) -> str:
+    """Write a power of ten."""
+    return rf"$\mathdefault{{10^{{{math.log10(value):.0f}}}}}$"
 
 
 def jumps(heights: np.ndarray, times: float, least: float) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from damper.figures.common.layout import head, legend, place_text
+from damper.figures.common.layout import head, legend, place_text, write_prefixes
 from damper.figures.common.style import COLUMN, PAGE
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 
@@ -109,6 +109,7 @@ def finish(
 
     Where its height has `room` for so many lines of the legend, it grows with more of them.
     """
+    write_prefixes(figure)
     figure.align_ylabels()
     head(figure, place, caption, remarks=remarks)
     lines = legend(figure, list({str(handle.get_label()): handle for handle in handles}.values()))

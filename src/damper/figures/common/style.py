@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from damper.parameters.lazy import Figure
+from damper.parameters.lazy import Figure, Formatter
 from damper.parameters.quantities import ALL, OfQuantities
 from damper.parameters.units import (
     ACCELERATION,
@@ -171,14 +171,30 @@ def _write_numbers_plainly(figure: Figure) -> None:
     """Keep mathematics to the power of ten at an axis' end: it takes ten times as long as text."""
     from matplotlib.ticker import ScalarFormatter
 
-    class Plain(ScalarFormatter):
-        def __call__(self, x: float, pos: int | None = None) -> str:
-            return super().__call__(x, pos).removeprefix(r"$\mathdefault{").removesuffix("}$")
-
     for ax in figure.axes:
         for axis in (ax.xaxis, ax.yaxis):
             if type(axis.get_major_formatter()) is ScalarFormatter:
-                axis.set_major_formatter(Plain())
+                axis.set_major_formatter(in_unit(1.0))
+
+
+def in_unit(factor: float) -> Formatter:
+    """Write of values on a linear axis how many times a unit they are, as text."""
+    from matplotlib.ticker import ScalarFormatter
+
+    class InUnit(ScalarFormatter):
+        def set_locs(self, locs: Any) -> None:
+            super().set_locs([x / factor for x in locs])
+
+        def __call__(self, x: float, pos: int | None = None) -> str:
+            text = super().__call__(x / factor, pos)
+            return text.removeprefix(r"$\mathdefault{").removesuffix("}$")
+
+    made = InUnit()
+    if factor != 1.0:
+        # Its size is that of the values: nothing is left for a power of ten at the end.
+        made.set_scientific(False)
+        made.set_useOffset(False)
+    return made
 
 
 def motion_colours(names: Sequence[str]) -> dict[str, str]:
