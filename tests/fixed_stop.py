@@ -85,7 +85,7 @@ OSCILLATOR = ImpactOscillator(2.8, 0.8)
 
 
 def beside_a_stop(sigma: float) -> Parameters:
-    return Parameters(1e15, 0.0, 2.8, sigma - REST, 0.8)
+    return Parameters(math.inf, 0.0, 2.8, sigma - REST, 0.8)
 
 
 def one_impact(speed: float) -> PeriodicOrbit:

@@ -20,7 +20,11 @@ TINY = 5e-324
 
 #: Name -> values below and above its range, the range in words, and its ends.
 RANGES: dict[str, tuple[list[float], str, list[float]]] = {
-    "mass_ratio": ([0.0, 9.9e-7, 1.1e18], "1e-06 <= mass_ratio <= 1e+18", [1e-6, 1e18]),
+    "mass_ratio": (
+        [-1.0, 9.9e-7, 1.1e18],
+        "1e-06 <= mass_ratio <= 1e+18, or 0, or inf",
+        [0.0, 1e-6, 1e18, math.inf],
+    ),
     "damping_ratio": ([-TINY, 20], "0 <= damping_ratio <= 10", [0, 10]),
     "frequency_ratio": ([-2, 9e-4, 1001], "0.001 <= frequency_ratio <= 1000", [1e-3, 1e3]),
     "clearance": ([-1e-300], "clearance >= 0", [0, TINY, 1e300]),

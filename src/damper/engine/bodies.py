@@ -43,6 +43,18 @@ class Ballistic(NamedTuple):
     strength: float = 0.0
 
 
+class FixedStop(NamedTuple):
+    """A free mass of infinite mass, at rest where the run's state has it."""
+
+    primary: Oscillator
+    """That hits it: what holds it in place is the force that this oscillator asks for."""
+    acceleration: float = 0.0
+    damping: float = 0.0
+    stiffness: float = 0.0
+    strength: float = 0.0
+    """As in `Ballistic`."""
+
+
 class Flow(NamedTuple):
     """Linear flow of displacement and velocity."""
 
@@ -111,6 +123,16 @@ def _strength_on(body):
 @weight_on.of(Oscillator)
 def _weight_on(body):
     return weight_of(body.forcing)
+
+
+for _function in (acceleration_of, body_at, strength_on, weight_on):
+    _function.like(FixedStop, Ballistic)
+
+
+@flow_of.of(FixedStop)
+def _no_flow(body, tau):
+    # No deviation moves a stop.
+    return Flow(0.0, 0.0, 0.0, 0.0)
 
 
 @acceleration_of.of(Oscillator)

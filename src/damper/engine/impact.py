@@ -1,11 +1,15 @@
 """The impact: momentum is kept, the relative velocity is reversed and multiplied by r.
 
+The mass ratio mu may be 0, of a free mass that does not act back, and infinite, of a fixed stop.
+Each law has the weights mu/(1 + mu) and 1/(1 + mu), which are in [0, 1].
+
 A contact law says what r is. It is a NamedTuple of parameters, under their names, and one function,
 `restitution_at`, implemented for its class: docs/extending.md adds one. The engine takes r only
 from this function, so no part of it assumes a constant r. Where the walls differ, the run has a law
 for each wall (`DifferingWalls`); `law_at` chooses the wall's law.
 """
 
+import math
 from typing import Any, NamedTuple
 
 from damper.engine.compiled import compiled
@@ -102,5 +106,30 @@ def impact(
     mass_ratio: float, restitution: float, side: float, v: float, approach_speed: float
 ) -> tuple[float, float]:
     """Velocity of the primary and gap rate just after an impact on the wall `side`."""
+    if mass_ratio == math.inf:
+        return side * restitution * approach_speed, restitution * approach_speed
     v += side * mass_ratio * (1.0 + restitution) / (1.0 + mass_ratio) * approach_speed
     return v, restitution * approach_speed
+
+
+@compiled
+def share_of(mass_ratio: float) -> float:
+    """Part mu/(1 + mu) of a relative velocity that the primary takes: 1 beside a fixed stop.
+
+    It is also the reduced mass over the primary's.
+    """
+    return mass_ratio / (1.0 + mass_ratio) if mass_ratio < math.inf else 1.0
+
+
+@compiled
+def inertia_of(mass_ratio: float) -> float:
+    """Mass ratio in kinetic and potential energies: 0 of a fixed stop, which has none."""
+    return mass_ratio if mass_ratio < math.inf else 0.0
+
+
+@compiled
+def mean_of(mass_ratio: float, of_primary: float, of_free: float) -> float:
+    """Mean of both masses' displacements, velocities or accelerations, by mass."""
+    if mass_ratio == math.inf:
+        return of_free
+    return (of_primary + mass_ratio * of_free) / (1.0 + mass_ratio)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled
+from damper.engine.impact import share_of
 from damper.engine.tuples import changed, reader, writer
 
 
@@ -48,7 +49,8 @@ class Segment(NamedTuple):
     y: float
     u: float
     """Displacement and velocity of the free mass at the start of the run, and at the cut of a long
-    flight in which no force of the primary acts on it; else 0. Gap and x do not have their digits.
+    flight in which no force of the primary acts on it; of a fixed stop in every segment; else 0.
+    Gap and x do not have their digits.
     """
 
 
@@ -106,7 +108,7 @@ def write_segment(row: np.ndarray, segment: Segment, duration: float) -> None:
 @compiled
 def centre_velocity(segment: Segment, mass_ratio: float) -> float:
     """Velocity of both masses' centre at the start of a segment."""
-    return segment.v - segment.side * mass_ratio / (1.0 + mass_ratio) * segment.gap_rate
+    return segment.v - segment.side * share_of(mass_ratio) * segment.gap_rate
 
 
 @compiled

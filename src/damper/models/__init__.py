@@ -65,7 +65,9 @@ def check_state(parameters: Any, state: State, units: Units = NO_UNITS) -> None:
 
     Compliant walls let it in deeper.
     """
-    places, _ = state.of_each(len(parameters.each))
+    places, speeds = state.of_each(len(parameters.each))
+    if parameters.hits_stop and speeds[0]:
+        raise ValueError(f"state: u = {state.u!r} of a fixed stop, which does not move: must be 0")
     for k, (one, y, x) in enumerate(
         zip(parameters.each, places, _boxes_at(parameters, state), strict=True)
     ):

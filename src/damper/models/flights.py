@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from damper.engine.bodies import (
     Alone,
     Ballistic,
+    FixedStop,
     Primary,
     Term,
     WeightedSum,
@@ -23,7 +24,7 @@ from damper.engine.completion import bounce_at as frictionless_bounce_at
 from damper.engine.completion import completion, sticks
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import bound_of, horizon, may_jump, phase_at
-from damper.engine.impact import law_at, restitution_at, restitution_change
+from damper.engine.impact import law_at, mean_of, restitution_at, restitution_change
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -118,6 +119,10 @@ def _begin_ballistic(mass, model, segment, shift):
     if s.cause in (RELEASE, SLIP) and _is_smooth(model.free, start, mass.acceleration):
         return motion_at_release(model.free, s.x - shift, s.v, mass.acceleration, phase)
     return start
+
+
+begin_flight.like(FixedStop, Ballistic)
+rest_shift.like(FixedStop, Ballistic)
 
 
 @begin_flight.of(Oscillator)
@@ -260,7 +265,7 @@ def completes(model: Any, mass_ratio: float, segment: Segment, start: Any) -> tu
     a, j, _, scale = relative_rates(start, model)
     force = -side * a
     damping = model.mass.damping
-    impact_damping = (free.damping * mass_ratio + damping) / (1.0 + mass_ratio)
+    impact_damping = mean_of(mass_ratio, damping, free.damping)
     dashpot_rate = 2.0 * (free.damping + damping)
     law = law_at(model.law, side)
     left, error = completion(

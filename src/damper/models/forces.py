@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.bodies import Ballistic
+from damper.engine.bodies import Ballistic, FixedStop
 from damper.engine.forcing.harmonic import harmonic
 from damper.engine.oscillator import Oscillator, oscillator
 from damper.parameters import Parameters
@@ -42,12 +42,16 @@ def weighed(
     return oscillator(damping, stiffness, 1.0, WeighedForce(forcing, strength, weight))
 
 
-def free_mass_of(parameters: Parameters, drive: Drive) -> Ballistic | Oscillator:
+def free_mass_of(
+    parameters: Parameters, drive: Drive, primary: Oscillator
+) -> Ballistic | FixedStop | Oscillator:
     """The free mass in flight, under force, gravity and support."""
     p, strength = parameters, drive.share * drive.amplitude
-    damping = p.support_damping_ratio / p.mass_ratio
-    stiffness = p.support_stiffness_ratio / p.mass_ratio
-    if damping or stiffness:
+    if p.mass_ratio == math.inf:
+        return FixedStop(primary)
+    if p.support_damping_ratio or p.support_stiffness_ratio:
+        damping = p.support_damping_ratio / p.mass_ratio
+        stiffness = p.support_stiffness_ratio / p.mass_ratio
         # Without a spring the support is its dashpot alone; an oscillator needs some stiffness.
         return weighed(damping, stiffness or 1e-100, strength, drive.forcing, -p.gravity)
     if drive.share:

@@ -2,10 +2,11 @@
 
 from typing import Any, NamedTuple
 
-from damper.engine.bodies import Ballistic, acceleration_of
+from damper.engine.bodies import Ballistic, FixedStop, acceleration_of
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
 from damper.engine.forcing import bound_of, phase_at, rate_of, turn_over, turned
+from damper.engine.impact import inertia_of
 from damper.engine.model import mass_ratio_at
 from damper.engine.oscillator import Motion, Oscillator
 from damper.engine.segment import Segment
@@ -27,7 +28,10 @@ class Sample(NamedTuple):
 
 @by_class
 def contact_force(model: Any, segment: Segment, tau: float, at: Sample) -> tuple[float, float]:
-    """Contact force in sticking over the free mass, and the size of its terms."""
+    """Contact force in sticking over the free mass, and the size of its terms.
+
+    Over the primary's mass where the free mass is infinite.
+    """
 
 
 @by_class
@@ -122,7 +126,7 @@ def rigid_contact_force(
     # What parts the masses: the difference of their accelerations in the flight that would begin.
     s = segment
     phase = phase_in(model.free.forcing, s, tau)
-    heavier = 1.0 + mass_ratio_at(model, s.periods, s.time + tau)
+    heavier = 1.0 + inertia_of(mass_ratio_at(model, s.periods, s.time + tau))
     a = acceleration_of(model.free, at.x, at.v, phase)
     y = at.x + s.side * (model.clearance - s.gap)
     b = acceleration_of(model.mass, y, at.v, phase)
@@ -201,3 +205,7 @@ def _size_beside_oscillator(mass, model, segment, tau, at):
     speed = abs(at.v) + abs(s.v) + (force + x0) * min(tau, 1.0 / drag)
     size = force + 2.0 * (free.damping + mass.damping) * speed
     return size + (1.0 + mass.stiffness) * (abs(at.x) + x0 + speed * min(tau, 1.0))
+
+
+for _function in (mass_size, mass_speed, force_size):
+    _function.like(FixedStop, Ballistic)

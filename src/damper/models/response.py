@@ -29,14 +29,14 @@ import math
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from damper.engine.bodies import Ballistic, strength_on, weight_on
+from damper.engine.bodies import Ballistic, FixedStop, strength_on, weight_on
 from damper.engine.bounds import bounds_ahead
 from damper.engine.compiled import compiled
 from damper.engine.completion import bounce_at
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import HORIZON, common, force_rates, phase_at, rate_of
 from damper.engine.forcing.weighed import WeighedForce
-from damper.engine.impact import law_at, restitution_at
+from damper.engine.impact import inertia_of, law_at, restitution_at, share_of
 from damper.engine.model import begin, mass_ratio_at, motion
 from damper.engine.oscillator import OVERDAMPED, Motion, Oscillator, increments, motion_from
 from damper.engine.peak import Moment, bounds_of, highest, moment_at
@@ -135,14 +135,14 @@ def have_rigid_walls(kind: type) -> None:
 def _lost_at_a_rigid_wall(model: Any, segment: Segment) -> float:
     """Energy lost in the impact on a rigid wall that begins a segment."""
     mass_ratio = mass_ratio_at(model, segment.periods, segment.time)
-    reduced = mass_ratio / (1.0 + mass_ratio)
+    reduced = share_of(mass_ratio)
     return 0.5 * reduced * (segment.speed - segment.gap_rate) * (segment.speed + segment.gap_rate)
 
 
 @compiled
 def _impulse_at_a_rigid_wall(model: Any, segment: Segment) -> float:
     mass_ratio = mass_ratio_at(model, segment.periods, segment.time)
-    return mass_ratio / (1.0 + mass_ratio) * (segment.speed + segment.gap_rate)
+    return share_of(mass_ratio) * (segment.speed + segment.gap_rate)
 
 
 @by_class_or_default
@@ -162,16 +162,17 @@ def _energy_between_rigid_walls(model, segment, mass_ratio, state):
     x, v, gap, rate = state
     side = segment.side
     u = v - side * rate
-    energy = 0.5 * (v * v + x * x + mass_ratio * u * u)
-    stiffness = mass_ratio * model.mass.stiffness
-    damping = mass_ratio * model.mass.damping
+    inertia = inertia_of(mass_ratio)
+    energy = 0.5 * (v * v + x * x + inertia * u * u)
+    stiffness = inertia * model.mass.stiffness
+    damping = inertia * model.mass.damping
     if stiffness > 0.0:
         y = x + side * (model.clearance - gap)
         energy += 0.5 * stiffness * y * y
     energy = with_height(model.stuck.forcing, model, energy, mass_ratio, segment, state)
     if segment.mode == TAIL:
         # The bounce under way changes the loss in the dashpots; `motion` leaves this change out.
-        drag = 2.0 * model.free.damping * mass_ratio / (1.0 + mass_ratio)
+        drag = 2.0 * model.free.damping * share_of(mass_ratio)
         energy -= drag * v * side * gap
         energy += 2.0 * damping * v * side / (1.0 + mass_ratio) * gap
     return energy
@@ -366,6 +367,9 @@ def _no_work_in_flight(mass, model, segment, low, high):
     return 0.0
 
 
+work_in_flight.like(FixedStop, Ballistic)
+
+
 @work_in_flight.of(Oscillator)
 def _work_in_flight(mass, model, segment, low, high):
     strength = strength_on(mass)
@@ -382,8 +386,9 @@ def integrate_flight(
     """Contribution of a flight on [low, high], with a constant mass ratio."""
     found = primary_in_flight(model, segment, low, high, peak)
     on_mass = work_in_flight(model.mass, model, segment, low, high)
-    stiffness = model.mass_ratio * model.mass.stiffness
-    damping = model.mass_ratio * model.mass.damping
+    inertia = inertia_of(model.mass_ratio)
+    stiffness = inertia * model.mass.stiffness
+    damping = inertia * model.mass.damping
     # Friction on the primary, constant in a flight.
     _, push = course_of(begin(model, segment), model)
     support, friction = 0.0, 0.0
@@ -420,8 +425,8 @@ def _integrate_between_rigid_walls(model, tables, segment, low, high, peak):
 @compiled
 def _integrate_contact(model, s, low, high, peak):
     """Contribution of the masses' centre about its place of rest, and of bounces about it."""
-    mass_ratio = model.mass_ratio
-    damping = mass_ratio * model.mass.damping
+    inertia = inertia_of(model.mass_ratio)
+    damping = inertia * model.mass.damping
     bounce = bounce_of(begin(model, s), model, s)
     in_tail = s.mode == TAIL and s.gap_rate > 0.0
     smooth = in_tail and bounce.out == bounce.back
@@ -430,13 +435,13 @@ def _integrate_contact(model, s, low, high, peak):
     support = 0.0
     if damping > 0.0:
         support = 2.0 * damping * _mass_speed_square(model, s, low, high, found.speed_square)
-    push = model.free.strength + mass_ratio * strength_on(model.mass)
+    push = model.free.strength + inertia * strength_on(model.mass)
     found = ResponseIntegrals(
         found.square, found.speed_square, push * found.work, 0.0, support, 0.0, 0.0, found.peak
     )
     if not in_tail:
         return found
-    tail = tail_of(model, mass_ratio, s, moving.start, moving.shift)
+    tail = tail_of(model, model.mass_ratio, s, moving.start, moving.shift)
     if smooth:
         return with_bounces(found, tail, low, high, peak)
     return with_rubbing_bounces(model, s, found, tail, bounce, low, high)
@@ -479,7 +484,7 @@ def tail_of(model: Any, mass_ratio: float, segment: Segment, start: Motion, shif
     """The tail that a segment is, from the motion of the masses' centre, with this mass ratio."""
     force, force1, _, _, _ = force_rates(model.free.forcing, start.phase)
     s = segment
-    share = s.side * mass_ratio / (1.0 + mass_ratio)
+    share = s.side * share_of(mass_ratio)
     restitution = restitution_at(law_at(model.law, s.side), 0.0)
     apart = model.free.strength - strength_on(model.mass)
     return Tail(

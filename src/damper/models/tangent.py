@@ -22,11 +22,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.bodies import Flow, acceleration_of, flow_of
+from damper.engine.bodies import FixedStop, Flow, acceleration_of, flow_of
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import force_rates, phase_at
-from damper.engine.impact import impact, law_at, rebound_slope, restitution_at
+from damper.engine.impact import (
+    impact,
+    inertia_of,
+    law_at,
+    mean_of,
+    rebound_slope,
+    restitution_at,
+)
 from damper.engine.model import count_masses, mass_ratio_at, read_segment
 from damper.engine.segment import (
     FLIGHT,
@@ -132,7 +139,7 @@ def _velocities_after(model, s, time):
     v, rate = impact(mu, r, s.side, s.v_before, s.speed)
     u = v - s.side * rate
     if s.mode == TAIL:
-        v = u = (v + mu * u) / (1.0 + mu)
+        v = u = mean_of(mu, v, u)
     return v, u
 
 
@@ -208,11 +215,10 @@ def over_time(model: Any, s: Any, low: float, high: float, deviations: np.ndarra
 @compiled
 def join(mass_ratio: float, deviations: np.ndarray) -> None:
     """Let the masses of deviated motions join: their centre goes on."""
-    heavier = 1.0 + mass_ratio
     for k in range(deviations.shape[1]):
         x, v, y, u = deviations[0, k], deviations[1, k], deviations[2, k], deviations[3, k]
-        deviations[0, k] = deviations[2, k] = (x + mass_ratio * y) / heavier
-        deviations[1, k] = deviations[3, k] = (v + mass_ratio * u) / heavier
+        deviations[0, k] = deviations[2, k] = mean_of(mass_ratio, x, y)
+        deviations[1, k] = deviations[3, k] = mean_of(mass_ratio, v, u)
 
 
 class Jump(NamedTuple):
@@ -246,8 +252,9 @@ def strike(model: Any, s: Segment, deviations: np.ndarray) -> None:
 
 @compiled
 def _jump(model, mu, s):
-    slope = (1.0 + rebound_slope(law_at(model.law, s.side), s.speed)) / (1.0 + mu)
-    to_primary, to_free = slope * mu, -slope
+    whole = 1.0 + rebound_slope(law_at(model.law, s.side), s.speed)
+    slope = whole / (1.0 + mu)
+    to_primary, to_free = slope * mu if mu < math.inf else whole, -slope
     before = s.v_before + s.side * s.speed
     after = s.v - s.side * s.gap_rate
     a, b = _accelerations(model, s, s.v_before, before, s.side)
@@ -270,11 +277,11 @@ def _jump(model, mu, s):
 def _closing(model, mu, s):
     """Acceleration of the joined masses, less that of their centre in the flight after."""
     after = s.v - s.side * s.gap_rate
-    common = (s.v + mu * after) / (1.0 + mu)
+    common = mean_of(mu, s.v, after)
     a, b = _accelerations(model, s, s.v, after, -s.side)
     a_joined, b_joined = _accelerations(model, s, common, common, 0.0)
     change = mass_ratio_rate(model, s.periods, s.time) * (after - s.v) / (1.0 + mu)
-    return (a_joined - a + mu * (b_joined - b) - change) / (1.0 + mu)
+    return mean_of(mu, a_joined - a - change, b_joined - b)
 
 
 @compiled
@@ -285,7 +292,7 @@ def _accelerations(model, s, v, u, way):
     a = model.free.strength * force - 2.0 * model.free.damping * v - model.free.stiffness * s.x
     b = acceleration_of(model.mass, s.x + s.side * model.clearance, u, phase)
     rubs = way * friction_in(model)
-    return a + model.mass_ratio * rubs, b - rubs
+    return a + inertia_of(model.mass_ratio) * rubs, b - rubs
 
 
 @by_class_or_default
@@ -311,9 +318,10 @@ def lost_in(model: Any, s: Any, own: np.ndarray) -> float:
 def leaders_of(model: Any, row: np.ndarray) -> np.ndarray:
     """For each free mass the number of the first mass in step with it, by a row of the log.
 
-    No deviation parts masses in step. Other masses have their own number. Never compiled.
+    No deviation parts masses in step. Other masses have their own number. A fixed stop, which no
+    deviation moves, has -1. Never compiled.
     """
-    return np.zeros(1, int)
+    return np.full(1, -int(isinstance(model.mass, FixedStop)))
 
 
 @singledispatch
@@ -337,7 +345,8 @@ def directions_at(model: Any, row: np.ndarray) -> np.ndarray:
     deviations = np.eye(2 + 2 * len(leaders))
     for k in np.flatnonzero(leaders != np.arange(len(leaders))):
         for column in (2, 3):
-            deviations[column + 2 * k, column + 2 * leaders[k]] = 1.0
+            if leaders[k] >= 0:
+                deviations[column + 2 * k, column + 2 * leaders[k]] = 1.0
             deviations[column + 2 * k, column + 2 * k] = 0.0
     return deviations
 

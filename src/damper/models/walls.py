@@ -10,10 +10,10 @@ import math
 from typing import Any
 
 from damper.engine import model as declared
-from damper.engine.bodies import body_at
+from damper.engine.bodies import FixedStop, body_at
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class, by_class_or_default
-from damper.engine.impact import impact, law_at, restitution_at
+from damper.engine.impact import impact, law_at, mean_of, restitution_at, share_of
 from damper.engine.model import Step, begin, mass_ratio_at
 from damper.engine.oscillator import Motion
 from damper.engine.search import GAVE_UP, ROUNDOFF
@@ -68,6 +68,18 @@ def bounce_of(start: Any, model: Any, segment: Segment) -> Bounce:
     return Bounce(1.0, 1.0, restitution_at(law_at(model.law, segment.side), 0.0))
 
 
+@by_class_or_default
+def exactly(part: Any, model: Any, before: Segment, new: Segment) -> Segment:
+    """A new segment with what a part of the damper, such as a fixed stop, knows exactly of it."""
+    return new
+
+
+@by_class_or_default
+def own_state(mass: Any, segment: Segment, y: float, u: float) -> tuple[float, float]:
+    """Displacement and velocity of a free mass in a segment, where it knows them exactly."""
+    return y, u
+
+
 @by_class
 def time_to_completion(model: Any, segment: Segment, start: Any) -> tuple[float, float]:
     """Time to the completion point after the impact that begins a segment, and its error."""
@@ -119,7 +131,24 @@ def go_on(model: Any, s: Segment, end: End, mode: float, cause: float) -> Step:
     tau, gap, rate = end.duration, end.gap, end.gap_rate
     new = segment_after(s, model.cycle, tau, end.x, end.v, gap, rate, s.side, mode, cause, 0.0)
     gave_up = end.outcome == GAVE_UP
+    new = exactly(model.mass, model, s, new)
     return Step(tau, end.outcome == EVENT, gave_up, end.steps, new, begin(model, new))
+
+
+@exactly.of(FixedStop)
+def _beside_a_stop(part, model, before, new):
+    x, v = new.x, new.v
+    if new.gap == 0.0:
+        x, v = before.y - new.side * model.clearance, new.side * new.gap_rate + 0.0
+    return _placed(new, x, v, before.y)
+
+
+@own_state.of(FixedStop)
+def _state_of_stop(mass, segment, y, u):
+    return segment.y, 0.0
+
+
+_placed = changed(Segment, "x", "v", "y")
 
 
 @fly_on.of(Motion)
@@ -163,7 +192,7 @@ def free_flight(model: Any, segment: Segment, tau: float) -> tuple[float, float]
     if s.cause != NOTHING:
         y, u = s.x + s.side * (model.clearance - s.gap), s.v - s.side * s.gap_rate
     way, u = body_at(model.mass, y, u, 0.0, tau)
-    return y + way, u
+    return own_state(model.mass, s, y + way, u)
 
 
 @by_class_or_default
@@ -193,7 +222,7 @@ def _motion(model, segment, tau):
     gap, rate = bounce_at(bounce, s.completion, s.gap_rate, tau)
     # The centre follows the sticking flow; the bounces go on about it.
     mass_ratio = mass_ratio_at(model, s.periods, s.time + tau)
-    share = s.side * mass_ratio / (1.0 + mass_ratio)
+    share = s.side * share_of(mass_ratio)
     return x + share * gap, v + share * rate, gap, rate
 
 
@@ -211,6 +240,7 @@ def _over_impact(model, s, end):
     new = after_impact(
         periods, time, end.x, v, rate, side, FLIGHT, IMPACT, speed, end.v, first_speed
     )
+    new = exactly(model.mass, model, s, new)
     start = begin(model, new)
     if rate == 0.0:
         if stays(start, model, new):
@@ -258,7 +288,7 @@ def initial_segment_of(
         # Stuck between both walls for good, with the common velocity that keeps the momentum.
         side = 0.0
         mass_ratio = mass_ratio_at(model, periods, time)
-        v = (v + mass_ratio * u) / (1.0 + mass_ratio)
+        v = mean_of(mass_ratio, v, u)
         gap = 0.0
         rate = 0.0
         mode = STICKING
@@ -272,6 +302,7 @@ def initial_segment_of(
                 mode = STICKING
                 cause = STICK
     new = Segment(periods, time, x, v, gap, rate, side, mode, cause, 0.0, v, 0.0, 0.0, 0.0, y, u)
+    new = exactly(model.mass, model, new, new)
     if rate == 0.0 and mode == FLIGHT:
         return rest_or_slide(begin(model, new), model, new)
     return new

@@ -13,7 +13,7 @@ import numpy as np
 from damper.engine.bodies import strength_on, weight_on
 from damper.engine.compiled import compiled
 from damper.engine.forcing import bound_of, rate_of
-from damper.engine.impact import law_at, restitution_at
+from damper.engine.impact import inertia_of, law_at, mean_of, restitution_at
 from damper.engine.model import begin, mass_ratio_at, motion, read_segment
 from damper.engine.segment import (
     COLUMNS,
@@ -119,7 +119,7 @@ def _follow(model, tables, log, records, last, ends):
         else:
             at = _sample_contact(model, s, found)
         _add_energies(model, tables, s, index == len(log) - 1, found)
-        mass_ratio = mass_ratio_at(model, s.periods, s.time)
+        mass_ratio = inertia_of(mass_ratio_at(model, s.periods, s.time))
         last_size = _kinetic_size(mass_ratio, at.v, at.rate, at.v - s.side * at.rate)
         found.largest = larger(found.largest, last_size)
         found.segments += 1.0
@@ -206,8 +206,8 @@ def _compare(model, last, end, s, found):
         found.restitution_law = larger(found.restitution_law, law)
         mass_ratio = mass_ratio_at(model, s.periods, s.time)
         # The free mass's velocity is v - side * rate, from the new segment's wall on both sides.
-        change = (s.v - end.v) + mass_ratio * ((s.v - end.v) - s.side * (s.gap_rate - rate))
-        momentum = violation(change, speeds * (1.0 + mass_ratio))
+        of_free = (s.v - end.v) - s.side * (s.gap_rate - rate)
+        momentum = violation(mean_of(mass_ratio, s.v - end.v, of_free), speeds)
         found.momentum = larger(found.momentum, momentum)
     else:
         jump = larger(jump, violation(s.gap - gap, size))
@@ -296,7 +296,7 @@ def _sample_contact(model, s, found):
 @compiled
 def _energy_size(model, s):
     """Sizes of the stored energy's terms, just before and after what begins a segment."""
-    mass_ratio = mass_ratio_at(model, s.periods, s.time)
+    mass_ratio = inertia_of(mass_ratio_at(model, s.periods, s.time))
     y = abs(s.x) + model.clearance
     springs = 0.5 * (s.x * s.x + mass_ratio * model.mass.stiffness * y * y)
     springs += mass_ratio * abs(weight_on(model.mass)) * y

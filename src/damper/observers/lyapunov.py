@@ -37,7 +37,7 @@ class Lyapunov(Observer):
     """Lyapunov exponents over the window, per cycle, the largest first.
 
     They are those of the masses' displacements and velocities: four, and two more for each further
-    free mass. A positive one means chaos.
+    free mass; beside a fixed stop two, those of the primary. A positive one means chaos.
     A chatter sequence that completes lets two directions vanish: the last two exponents are then
     minus infinity, and two more for each further mass that sticks at the same time. Without one the
     sum of all is known: flight shrinks volumes at the rate of the
@@ -96,6 +96,8 @@ class Lyapunov(Observer):
         self._totals["slowest"] = math.inf
         self._frame = np.empty((0, 0))
         self._own, self._parted = np.empty(0), np.empty(0, int)
+        #: Which masses are in step with another one, and how many directions there are.
+        self._follows, self._directions = np.empty(0, bool), 0
         # Logarithms of growth, of which first half of the window, and of volumes.
         self._growth, self._volume = np.empty((2, 0)), np.zeros(1)
 
@@ -105,7 +107,7 @@ class Lyapunov(Observer):
             return
         if not len(self._frame):
             self._take_frame(log[0])
-        if not self._own.all():
+        if self._follows.any():
             self._parted = np.maximum(self._parted, parted_in(self._model, log))
         _follow(
             self._model,
@@ -122,6 +124,8 @@ class Lyapunov(Observer):
         """The directions to follow, orthonormal: masses in step are moved as one."""
         leaders = leaders_of(self._model, row)
         self._own = (leaders == np.arange(len(leaders))).astype(float)
+        self._follows = (leaders >= 0) & (self._own == 0.0)
+        self._directions = 2 + 2 * int((leaders >= 0).sum())
         kept = np.repeat(np.append(1.0, self._own), 2) > 0.0
         frame = directions_at(self._model, row)[:, kept]
         if len(leaders) > 1:
@@ -140,7 +144,7 @@ class Lyapunov(Observer):
             return
         total, length = read_record(self._totals), self._window.length
         with np.errstate(divide="ignore"):
-            of_parted = np.log(OF_PARTED[self._parted[self._own == 0.0]]).ravel()
+            of_parted = np.log(OF_PARTED[self._parted[self._follows]]).ravel()
         whole = np.append(self._growth[1], of_parted)
         order = np.argsort(-whole, kind="stable")[: self.exponents]
         found = {"lyapunov_exponents": whole[order] / length}
@@ -152,7 +156,7 @@ class Lyapunov(Observer):
         for name, values in found.items():
             self.arrays[name][self._run, : len(values)] = values
         self._put({"largest_lyapunov_exponent": whole[order[0]] / length})
-        if not total.lost and len(self._growth[1]) == len(self._frame):
+        if not total.lost and len(self._growth[1]) == self._directions:
             self._put({"lyapunov_residual": (whole.sum() - self._volume[0]) / length})
         if total.slowest < math.inf:
             self._put({"slowest_impact": total.slowest})

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from damper.engine.compiled import compiled
+from damper.engine.impact import inertia_of, share_of
 from damper.engine.model import motion, read_segment, speeds_in_tail
 from damper.engine.quadrature import FEWEST, LONGEST_REACH, NODES, WEIGHTS, nodes_for
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
@@ -104,8 +105,8 @@ class Statistics(Observer):
             return
         mass, cycle = self._model.mass_ratio, self._model.cycle
         # Factor of each quotient of sums.
-        factors = {"x2": 0.5, "v2": 0.5, "u2": 0.5 * mass, "place2": 1.0}
-        factors["approach2"] = 0.5 * mass / (1.0 + mass)
+        factors = {"x2": 0.5, "v2": 0.5, "u2": 0.5 * inertia_of(mass), "place2": 1.0}
+        factors["approach2"] = 0.5 * share_of(mass)
         for name, (_, _, over, under, _) in MEANS.items():
             sums = self._sums[over], self._sums[under]
             found = mean_within(*sums, self.confidence, in_turn=True)

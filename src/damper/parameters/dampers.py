@@ -87,9 +87,11 @@ class Parameters(QuantityClass):
     mass_ratio: float = quantity(
         r"$\mu$",
         "mass ratio m/M",
-        definition="free mass over primary mass",
+        definition="free mass over primary mass; with 0 it does not act back, with inf it is a "
+        "fixed stop",
         minimum=1e-6,
         maximum=1e18,
+        limit_cases=(0.0, math.inf),
         from_si=lambda free_mass, primary_mass: free_mass / primary_mass,
     )
     damping_ratio: float = quantity(
@@ -301,7 +303,7 @@ class Parameters(QuantityClass):
                     f"{self.forcing!r} with frequency_ratio = {self.frequency_ratio!r}: has the "
                     f"frequency {fastest:g} sqrt(K/M); must be <= {LARGEST_FREQUENCY:g} sqrt(K/M)"
                 )
-        if options or self.masses is not None:
+        if options or self.masses is not None or self.mass_ratio in _LIMITS:
             check_together(self.__dict__)
             self._check_each()
         else:
@@ -324,6 +326,11 @@ class Parameters(QuantityClass):
                     raise ValueError(
                         f"mass {k}: yield_exponent without yield_speed: it has no effect; give "
                         "both or none"
+                    )
+                if one.mass_ratio == math.inf:
+                    raise ValueError(
+                        f"mass_ratio = inf of mass {k}: beside a fixed stop there is no other free "
+                        "mass; give one mass"
                     )
 
     @cached_property
@@ -367,6 +374,11 @@ class Parameters(QuantityClass):
     def rubs(self) -> bool:
         """Whether any free mass rubs on its box."""
         return any(one.friction for one in self.each)
+
+    @property
+    def hits_stop(self) -> bool:
+        """Whether the free mass is a fixed stop."""
+        return self.masses is None and self.mass_ratio == math.inf
 
     @cached_property
     def law(self) -> str:
@@ -477,7 +489,14 @@ class SIParameters(QuantityClass, shares=Parameters):
         minimum=0.0,
         above=True,
     )
-    free_mass: float = quantity("$m$", "free mass", "kg", minimum=0.0, above=True)
+    free_mass: float = quantity(
+        "$m$",
+        "free mass",
+        "kg",
+        definition="with 0 it does not act back, with inf it is a fixed stop",
+        minimum=0.0,
+        limit_cases=(math.inf,),
+    )
     gap: float = quantity(
         "$2D$",
         "gap, the free mass's whole travel",
@@ -786,11 +805,12 @@ def check_together(
         words = (f"{named(q.name)} ({q.law})" for q in laws)
         raise ValueError(f"{' and '.join(words)} ask for different contact laws: give one")
     _check_several(values, asked, named)
+    _check_limits(values, asked, named, given)
     for name, does in (
         ("gravity", "weighs {:g} F0 along its box"),
         ("friction", "rubs by {:g} F0"),
     ):
-        force = values["mass_ratio"] * abs(values[name])
+        force = values["mass_ratio"] * abs(values[name]) if values[name] else 0.0
         if not force <= LARGEST_WEIGHT:
             raise ValueError(
                 f"{named(name)} = {given[named(name)]!r} with {named('mass_ratio')}: the free mass "
@@ -804,6 +824,50 @@ def check_together(
         )
     if "grounded" in asked:
         _check_support(values, named)
+
+
+#: Limits of the mass ratio: it does not act back, it is a fixed stop.
+_LIMITS = (0.0, math.inf)
+#: Limit -> model that does not have it, and why.
+_LIMITLESS = {
+    0.0: {
+        "grounded": "a support moves a free mass without mass infinitely fast",
+        "compliant": "a free mass without mass swings infinitely fast in a compliant contact",
+        "time_varying": "a free mass without mass cannot vary",
+    },
+    math.inf: {
+        "grounded": "a support cannot move a fixed stop",
+        "compliant": "a fixed stop has rigid walls",
+        "time_varying": "a fixed stop cannot vary",
+        "sliding": "friction of a fixed stop would need a coefficient over the primary's mass",
+    },
+}
+
+
+def _check_limits(
+    values: Mapping[str, Any],
+    asked: Mapping[str, list[str]],
+    named: Callable[[str], str],
+    given: Mapping[str, Any],
+) -> None:
+    """Refuse what a free mass without mass, or a fixed stop, does not have."""
+    limit = values["mass_ratio"]
+    if limit not in _LIMITS:
+        return
+    mass = f"{named('mass_ratio')} = {limit:g}"
+    for model, why in _LIMITLESS[limit].items():
+        for name in asked.get(model, ()):
+            raise ValueError(f"{named(name)} with {mass}: {why}; leave out {named(name)}")
+    if limit == math.inf and values["gravity"]:
+        raise ValueError(
+            f"{named('gravity')} = {given[named('gravity')]!r} with {mass}: a fixed stop does not "
+            "fall, and the primary's own weight only shifts its place of rest; leave out gravity"
+        )
+    if limit == math.inf and given["forcing"].moves_frame:
+        raise ValueError(
+            f"forcing = {given['forcing']!r} with {mass}: displacements are relative to the base, "
+            "and the stop stands on the ground; for a stop on the base give the inertia as a force"
+        )
 
 
 def _check_several(

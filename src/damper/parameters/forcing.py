@@ -41,6 +41,11 @@ class Forcing:
         return self.repeats
 
     @property
+    def moves_frame(self) -> bool:
+        """Whether displacements are relative to a base that moves."""
+        return False
+
+    @property
     def terms(self) -> int:
         """Harmonics to be summed at each moment."""
         return 1
@@ -259,6 +264,10 @@ class Base(Forcing):
         _one_of("Base.frame", self.frame, get_args(Frame))
 
     @property
+    def moves_frame(self) -> bool:
+        return self.frame == "base"
+
+    @property
     def amplitude(self) -> str:
         return "B"
 
@@ -294,6 +303,10 @@ class _Sampled(Forcing):
 
     of: Of
     after: After
+
+    @property
+    def moves_frame(self) -> bool:
+        return self.of == "base_acceleration"
 
     @property
     def amplitude(self) -> str:

@@ -38,6 +38,8 @@ class Quantity:
     """Whether the maximum itself is excluded."""
     whole: bool = False
     """Whether only whole numbers are allowed."""
+    limit_cases: tuple[float, ...] = ()
+    """Values beyond the range that are allowed: exact limits, such as infinity."""
     default: float | None = None
     note: str = ""
     """Remark in error messages, beside the range."""
@@ -64,6 +66,7 @@ class Quantity:
             words = f"{self.minimum:g} to {'< ' if self.below else ''}{self.maximum:g}"
         elif self.minimum > -math.inf:
             words = f"{'>' if self.above else '>='} {self.minimum:g}"
+        words += "".join(f", or {value:g}" for value in self.limit_cases)
         words += ", whole" if self.whole else ""
         return f"{words} ({self.note})" if self.note else words
 
@@ -89,12 +92,13 @@ class Quantity:
         else:
             # In an SI study units of F0/K are metres, so they are not named here.
             words = f"any {self.name}" + (f" in {self.units}" if self.units == "rad" else "")
+        words += "".join(f", or {value:g}" for value in self.limit_cases)
         words += ", whole" if self.whole else ""
         return f"{words} ({self.note})" if self.note else words
 
     def holds(self, value: float) -> bool:
         """Whether a number is allowed."""
-        if value == self.default:
+        if value == self.default or value in self.limit_cases:
             return True
         low = value > self.minimum if self.above else value >= self.minimum
         high = value < self.maximum if self.below else value <= self.maximum

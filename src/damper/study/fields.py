@@ -179,6 +179,8 @@ def as_numbers(value: Any, deep: int = 2) -> Any:
     if isinstance(value, dict) and deep:
         return {key: as_numbers(item, deep - 1) for key, item in value.items()}
     # Snakemake's YAML reader takes 1e-12 for text; only what a file has in quotes is text.
+    if value == "inf" and not isinstance(value, Quoted):
+        return math.inf
     if isinstance(value, str) and not isinstance(value, Quoted) and NUMBER.fullmatch(value):
         value = int(value) if re.fullmatch(r"[-+]?[0-9]{1,400}", value) else float(value)
     if isinstance(value, float):
@@ -295,8 +297,17 @@ def _rising(pair: tuple[Any, Any]) -> tuple[Any, Any]:
 
 def _in_range(number: float, info: ValidationInfo) -> float:
     """Check a value of the quantity that the context names."""
+    limits = ALL[info.context].limit_cases if info.context is not None else ()
+    if not (math.isfinite(number) or number in limits):
+        raise PydanticKnownError("finite_number")
     if info.context is not None and not ALL[info.context].holds(number):
         raise PydanticCustomError("out_of_range", "out of range")
+    return number
+
+
+def _finite(number: float) -> float:
+    if not math.isfinite(number):
+        raise PydanticKnownError("finite_number")
     return number
 
 
@@ -338,8 +349,16 @@ Folder = Annotated[Text, AfterValidator(_folder), Rule(f"that is {FOLDER_WORDS}"
 DistinctList = Annotated[tuple[T, ...], Field(min_length=1), Distinct()]
 """A list of at least one, without repetition."""
 Pair = Annotated[tuple[T, T], Field(strict=False), AfterValidator(_rising), Rule("low < high")]
-Coordinate = Annotated[float, AfterValidator(_in_range), Rule(COORDINATE), Unit(THE_PARAMETERS)]
+Coordinate = Annotated[
+    float,
+    Field(allow_inf_nan=True),
+    AfterValidator(_in_range),
+    Rule(COORDINATE),
+    Unit(THE_PARAMETERS),
+]
 """A value of the quantity under whose name it stands."""
+Bound = Annotated[Coordinate, AfterValidator(_finite)]
+"""An end of a range of such values."""
 
 
 def one_of(names: Iterable[str]) -> GetPydanticSchema:

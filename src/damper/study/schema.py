@@ -94,7 +94,8 @@ def quantity_schema(handler: GetJsonSchemaHandler, quantity: Quantity) -> Schema
     """Return the schema of a value of a quantity, or of a mapping in its place."""
     low = "exclusiveMinimum" if quantity.above else "minimum"
     high = "exclusiveMaximum" if quantity.below else "maximum"
-    ends = {low: quantity.minimum, high: quantity.maximum}
+    cases = quantity.limit_cases
+    ends = {low: min((quantity.minimum, *cases)), high: max((quantity.maximum, *cases))}
     made: Schema = {"description": about(quantity)}
     made |= {"multipleOf": 1} if quantity.whole else {}
     made |= {bound: end for bound, end in ends.items() if math.isfinite(end)}

@@ -36,6 +36,7 @@ from damper.parameters.units import AMPLITUDES, HERTZ, own_number
 from damper.parameters.variables import SI_UNITS, SPEED
 from damper.study.axes import MOST_VALUES, grid, short
 from damper.study.fields import (
+    Bound,
     Coordinate,
     Distinct,
     DistinctList,
@@ -168,12 +169,12 @@ class Axis(OfQuantity):
         DistinctList[Coordinate] | None,
         Field(description="The values one by one, in any order; without start, stop, num, step."),
     ] = None
-    start: Annotated[
-        Coordinate | None, Field(description="First value; with stop and num or step.")
-    ] = None
-    stop: Annotated[
-        Coordinate | None, Field(description="Last value, included; more than start.")
-    ] = None
+    start: Annotated[Bound | None, Field(description="First value; with stop and num or step.")] = (
+        None
+    )
+    stop: Annotated[Bound | None, Field(description="Last value, included; more than start.")] = (
+        None
+    )
     num: Annotated[
         int | None,
         Field(
@@ -268,7 +269,7 @@ class Drawn(OfQuantity):
 
     shorthand = "range"
     range: Annotated[
-        Pair[Coordinate] | None,
+        Pair[Bound] | None,
         Unit(THE_PARAMETERS),
         Field(description="Where it lies; for a quantity that is a whole number give values."),
     ] = None

@@ -37,6 +37,8 @@ class Point(NamedTuple):
         x = self.initial.get("initial_displacement", x)
         v = self.initial.get("initial_velocity", v)
         place = self.initial.get("initial_position", 0.0)
+        if self.parameters.hits_stop:  # which stands still, wherever the primary starts
+            return State(x, v, place * self.parameters.clearance, 0.0)
         y = self._placed(x, [place] * len(self.parameters.each))
         return State(x, v, y, v + self.initial.get("initial_relative_velocity", 0.0))
 
@@ -66,11 +68,15 @@ class Point(NamedTuple):
                 place = math.copysign(1.0, apart)
             places.append(place)
         x, v = length * end.x, speed * end.v
-        us = [v + speed * (u - end.v) for u in speeds]
         # The local time again is a part of the cycle, whatever its length now is.
-        part = end.time / before.parameters.cycle
+        time = end.time / before.parameters.cycle * self.parameters.cycle
+        if self.parameters.hits_stop:
+            # The stop stays where it is; the primary keeps its place between its walls.
+            y = length * ends[0]
+            return State(y - places[0] * self.parameters.clearance, v, y, 0.0, time)
+        us = [v + speed * (u - end.v) for u in speeds]
         u = tuple(us) if isinstance(end.u, tuple) else us[0]
-        return State(x, v, self._placed(x, places), u, part * self.parameters.cycle)
+        return State(x, v, self._placed(x, places), u, time)
 
 
 def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
@@ -98,6 +104,12 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     initial = {
         name: check_quantity(name, values[name]) / units.size(ALL[name].units) for name in given
     }
+    if parameters.hits_stop and initial.get("initial_relative_velocity"):
+        raise ValueError(
+            f"initial_relative_velocity = {values['initial_relative_velocity']!r} with "
+            f"{'free_mass' if kind is SIParameters else 'mass_ratio'} = inf: a fixed stop does not "
+            "move; give initial_velocity, that of the primary"
+        )
     if primary == "steady":
         for name in ("initial_displacement", "initial_velocity"):
             if name in initial:

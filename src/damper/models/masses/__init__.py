@@ -46,7 +46,7 @@ from damper.models.flights import (
     rest_shift,
     rests,
 )
-from damper.models.forces import drive_of, free_mass_of, weighed
+from damper.models.forces import Drive, drive_of, free_mass_of, weighed
 from damper.models.masses.holds import (
     Hold,
     Speed,
@@ -103,12 +103,9 @@ def prepare(
     """Constants of one run; along friction slides stop also where there is none yet."""
     p = parameters
     drive = drive_of(p)
-    forcing, amplitude, share = drive
-    heavier = 1.0 + p.mass_ratio
-    stuck = amplitude * (1.0 + p.mass_ratio * share) / heavier
-    pull = -p.mass_ratio * p.gravity / heavier
-    damping, stiffness = p.damping_ratio + p.support_damping_ratio, 1.0 + p.support_stiffness_ratio
-    mass = free_mass_of(p, drive)
+    forcing = drive.forcing
+    free = oscillator(p.damping_ratio, 1.0, drive.amplitude, forcing)
+    mass = free_mass_of(p, drive, free)
     friction = Friction(p.friction) if p.friction or along_friction else NoFriction()
     if isinstance(friction, Friction) and isinstance(mass, Oscillator):
         mass = pushed_by(mass, 0.0)
@@ -118,11 +115,22 @@ def prepare(
         law,
         p.cycle,
         accuracy / max(1.0, rate_of(forcing), 2.0 * mass.damping + math.sqrt(mass.stiffness)),
-        oscillator(p.damping_ratio, 1.0, amplitude, forcing),
-        weighed(damping / heavier, stiffness / heavier, stuck, forcing, pull),
+        free,
+        _joined(p, drive),
         mass,
         friction,
     )
+
+
+def _joined(p: Parameters, drive: Drive) -> Oscillator:
+    """Both masses together, about their place of rest: on a fixed stop, at rest."""
+    if p.mass_ratio == math.inf:
+        return oscillator(0.0, 0.0, 0.0, drive.forcing)
+    heavier = 1.0 + p.mass_ratio
+    damping, stiffness = p.damping_ratio + p.support_damping_ratio, 1.0 + p.support_stiffness_ratio
+    strength = drive.amplitude * (1.0 + p.mass_ratio * drive.share) / heavier
+    pull = -p.mass_ratio * p.gravity / heavier
+    return weighed(damping / heavier, stiffness / heavier, strength, drive.forcing, pull)
 
 
 walls.have_rigid_walls(Rigid)
@@ -133,7 +141,9 @@ _without_friction = changed(Rigid, "mass", "friction")
 
 @declared.state_in.of(Rigid)
 def _state_in(model, segment, tau):
-    return walls.state_by_start(declared.begin(model, segment), model, segment, tau)
+    x, v, y, u = walls.state_by_start(declared.begin(model, segment), model, segment, tau)
+    y, u = walls.own_state(model.mass, segment, y, u)
+    return x, v, y, u
 
 
 @declared.mass_ratio_at.of(Rigid)

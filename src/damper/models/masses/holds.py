@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from damper.engine.bodies import (
     Ballistic,
+    FixedStop,
     Primary,
     WeightedSum,
     longest_increments,
@@ -80,6 +81,24 @@ def _pushed_ballistic(mass, hold, motion, snap, crackle):
     return Pushed(a, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, abs(a))
 
 
+@pushed.of(FixedStop)
+def _pushed_beside_a_stop(mass, hold, motion, snap, crackle):
+    # Over the primary's mass: what the stop takes from the primary, which would move without it.
+    free = mass.primary
+    k = free.strength
+    force, force1, force2, force3, force4 = force_rates(free.forcing, motion.phase)
+    return Pushed(
+        free.stiffness * motion.x - k * force,
+        -k * force1,
+        -k * force2,
+        -k * force3,
+        -k * force4,
+        k * bound_of(free.forcing, 4),
+        0.0,
+        abs(k * force) + abs(free.stiffness * motion.x),
+    )
+
+
 @pushed.of(Oscillator)
 def _pushed_driven(mass, hold, motion, snap, crackle):
     osc, k = hold.osc, mass.strength
@@ -108,6 +127,9 @@ def longest_along(mass: Any, osc: Oscillator) -> float:
 @longest_along.of(Ballistic)
 def _longest_along_ballistic(mass, osc):
     return math.inf
+
+
+longest_along.like(FixedStop, Ballistic)
 
 
 @longest_along.of(Oscillator)

@@ -1,5 +1,6 @@
 """Forces of a free mass between rigid walls, for the observer `laws`."""
 
+from damper.engine.impact import inertia_of
 from damper.engine.segment import STICKING
 from damper.models import laws as declared
 from damper.models.masses import Rigid, Slide, friction_of
@@ -14,7 +15,8 @@ def _motion_in_slide(start):
 
 @declared.force_bound.of(Rigid)
 def _force_bound(model):
-    return declared.largest_force(model) + (1.0 + model.mass_ratio) * friction_of(model.friction)
+    heavier = 1.0 + inertia_of(model.mass_ratio)
+    return declared.largest_force(model) + heavier * friction_of(model.friction)
 
 
 @declared.contact_force.of(Rigid)

@@ -30,9 +30,6 @@ from damper.models.tangent import derivative, require_bounded
 from damper.models.walls import slack
 from damper.parameters import Parameters, State
 
-#: Mass ratio from which on the free mass is a fixed stop: an impact changes its velocity by less
-#: than `TOLERANCE`. Its place is given, and two multipliers that are 1 are left out.
-FIXED_STOP = 1e12
 #: In place of a wall: dry friction holds the free mass off the walls.
 RESTS = 2.0
 
@@ -200,11 +197,11 @@ def state_of(vector: np.ndarray, time: float = 0.0) -> State:
 def leaders(parameters: Parameters, start: np.ndarray) -> np.ndarray:
     """For each component of a state the number of the one that it moves with.
 
-    Its own but in masses in step, which stay so; -1 for those of a free mass that is a fixed stop.
+    Its own but in masses in step, which stay so; -1 for those of a fixed stop: they are given.
     """
     found = np.arange(len(start))
     if parameters.model != "several":
-        if parameters.mass_ratio >= FIXED_STOP:
+        if parameters.hits_stop:
             found[2:] = -1
         return found
     first: dict[Any, int] = {}

@@ -1,0 +1,178 @@
+"""The limits of the mass ratio: a free mass that does not act back, and a fixed stop."""
+
+import math
+
+import numpy as np
+import pytest
+import scenes
+
+import damper
+from damper import IMPACT, STICK, Parameters, State, simulate
+from damper.observers.common.laws import LAW_NAMES, broken
+
+#: Beside this y a stop at x = 1 is the left wall, and the right one is out of reach.
+FAR = -10.0
+
+
+def impact_oscillator(force_amplitude: float) -> Parameters:
+    """x'' + 0.04 x' + x = A cos 0.81 t with a stop at x = 1."""
+    forced = {"phase": math.pi / 2, "force_amplitude": force_amplitude}
+    return Parameters(math.inf, 0.02, 0.81, 1.0 - FAR, 0.9, **forced)
+
+
+def test_between_two_stops_the_primary_flies_along_parts_of_sines() -> None:
+    """x'' + x = 0: from stop to stop it takes 2 atan2(d, v), and v falls by r."""
+    d, r, speed, time = 0.7, 0.99, 5.0, 0.0
+    stops = Parameters(math.inf, 0.0, 1.0, d, r, forcing="none")
+    found = damper.events(stops, State(d, speed, 0.0, 0.0), until=200.0)[:200]
+    for k, event in enumerate(found):
+        assert event["time"] == pytest.approx(time, rel=1e-14)
+        assert event["approach_speed"] == pytest.approx(speed, rel=1e-13)
+        assert event["x"] == (d if k % 2 == 0 else -d)
+        speed *= r
+        time += 2.0 * math.atan2(d, speed)
+    assert len(found) == 200
+
+
+def test_pressed_on_a_stop_the_primary_comes_to_exact_rest_and_leaves_with_the_force() -> None:
+    """The stop at x = 1 holds it while sin(t/5) > 1/4 of the force, whatever the damping."""
+    p = Parameters(math.inf, 0.3, 0.2, 1.0, 0.5, force_amplitude=4.0)
+    found = damper.events(p, until=20.0)
+    stick = int(np.flatnonzero(found["kind"] == STICK)[0])
+    assert (found[stick]["x"], found[stick]["v"], found[stick]["side"]) == (1.0, 0.0, -1)
+    assert found[stick + 1]["time"] == pytest.approx(5.0 * (math.pi - math.asin(0.25)), rel=1e-15)
+    run = damper.start(p)
+    run.advance(12.0)
+    assert (run.state.x, run.state.v, run.state.y, run.state.u) == (1.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "multiplier", "speed"),
+    [(0.36, 0.43378 + 0.49732j, 0.4091), (0.35805, 0.40333 + 0.52232j, 0.3591)],
+)
+def test_an_impact_oscillator_of_others(
+    amplitude: float, multiplier: complex, speed: float
+) -> None:
+    """Orbits of the VIVID toolbox, arXiv:2510.16218: one impact in two cycles."""
+    start = State(-0.8, 0.2, FAR, 0.0)
+    orbit = damper.periodic_orbit(impact_oscillator(amplitude), period=2, state=start)
+    assert orbit.multipliers == pytest.approx([multiplier, multiplier.conjugate()], abs=2e-5)
+    assert orbit.events["approach_speed"] == pytest.approx([speed], abs=5e-5)
+
+
+def test_sensitivities_beside_a_fixed_stop_and_at_mass_ratio_zero() -> None:
+    def start(name: str, p: Parameters, state: State | None) -> np.ndarray:
+        orbit = damper.periodic_orbit(p, state=state)
+        assert orbit.events.size
+        return orbit.start if name == "at" else orbit.sensitivity(name)
+
+    stops = [Parameters(math.inf, 0.05, 0.9, d, 0.9) for d in (0.35 - 1e-5, 0.35, 0.35 + 1e-5)]
+    low, _, high = (start("at", p, None) for p in stops)
+    change = start("clearance", stops[1], None)
+    assert change == pytest.approx((high - low) / 2e-5, abs=1e-6)
+    light = [Parameters(mu, 0.05, 0.9, 0.8, 0.9) for mu in (0.0, 1e-6)]
+    state = State(0.0, 0.0, 0.0, 1.0)
+    low, high = (start("at", p, state) for p in light)
+    assert start("mass_ratio", light[0], state) == pytest.approx((high - low) / 1e-6, rel=1e-4)
+
+
+def test_a_ball_that_does_not_act_back_bounces_on_a_primary_that_stays_at_rest() -> None:
+    """No sag, and no drift by the weight: x is 0 to the last bit."""
+    p = Parameters(0.0, 0.05, 1.0, 1.0, 0.5, forcing="none", gravity=2.0)
+    found = damper.events(p, State(0.0, 0.0, 0.0, 0.0), until=100.0)
+    first = found[found["kind"] == IMPACT]
+    assert not found["x"].any()
+    assert not found["v"].any()
+    assert first["time"][0] == 1.0
+    assert found["time"][-1] == pytest.approx(3.0, rel=1e-15)
+
+
+def test_several_masses_of_which_some_do_not_act_back() -> None:
+    """A ball of no mass does not change the events of the other one."""
+    values = scenes.GENERIC | {"clearance": 0.5}
+    both = simulate_events(values | {"masses": [{}, {"mass_ratio": 0.0, "restitution": 0.3}]})
+    alone = simulate_events(values)
+    mine = both[both["body"] == 0]
+    assert len(alone) > 20
+    assert mine["time"] == pytest.approx(alone["time"], rel=1e-11)
+    assert (both["body"] == 1).sum() > 20
+
+
+def simulate_events(values: dict) -> np.ndarray:
+    return damper.events(Parameters(**values), until=100.0)
+
+
+LIMITS = {
+    "no mass": {"mass_ratio": 0.0},
+    "stop": {"mass_ratio": math.inf},
+}
+#: Feature -> what it adds, and the limits that do not have it.
+FEATURES = {
+    "plain": ({}, ()),
+    "unlike walls": ({"restitution_left": 0.3}, ()),
+    "yielding": ({"yield_speed": 0.05}, ()),
+    "stuck": ({"clearance": 0.0}, ()),
+    "gravity": ({"gravity": 0.3}, ("stop",)),
+    "friction": ({"friction": 0.05}, ("stop",)),
+    "support": ({"support_stiffness_ratio": 0.05}, ("no mass", "stop")),
+    "dashpot": ({"support_damping_ratio": 0.05}, ("no mass", "stop")),
+    "compliant": ({"contact_stiffness_ratio": 1e3}, ("no mass", "stop")),
+    "time_varying": ({"modulation_depth": 0.3}, ("no mass", "stop")),
+    "several": ({"masses": [{}, {"clearance": 0.4}]}, ("stop",)),
+    "base": ({"forcing": damper.Base(frame="base")}, ("stop",)),
+    "quake": ({"forcing": damper.Record([0, 1, 2], [0, 1, 0], of="base_acceleration")}, ("stop",)),
+    "record": ({"forcing": damper.Record([0, 1, 3], [1, 2, -1], after="hold")}, ()),
+    "harmonics": ({"forcing": damper.Harmonics((1, 2), (1.0, 0.5))}, ()),
+    "free motion": ({"forcing": "none", "initial_velocity": 1.0}, ()),
+}
+
+
+@pytest.mark.parametrize("limit", LIMITS)
+@pytest.mark.parametrize("feature", FEATURES)
+def test_each_feature_works_at_a_limit_or_is_refused_by_name(feature: str, limit: str) -> None:
+    more, refused = FEATURES[feature]
+    values = scenes.QUIET | LIMITS[limit] | more
+    if limit in refused:
+        name = "mass_ratio = inf" if feature == "several" else f"^{next(iter(more))}"
+        with pytest.raises(ValueError, match=name):
+            Parameters(**values)
+        return
+    cube = simulate(**values, observers=["laws", "response"], transient=0, periods=1)
+    found = {name: np.atleast_1d(cube[name].values) for name in (*LAW_NAMES, "status")}
+    assert not found["status"].any()
+    assert not broken(found | {"segments": np.atleast_1d(cube.segments.values)}).any(), found
+    size = float(cube.dashpot_loss + cube.impact_loss + abs(cube.energy_input)) + 1.0
+    assert abs(float(cube.energy_residual)) < 1e-13 * size
+
+
+def test_a_stop_stands_still_however_a_run_starts() -> None:
+    run = damper.start(**scenes.QUIET | {"mass_ratio": math.inf}, initial_displacement=0.1)
+    run.advance(50.0)
+    assert (run.state.y, run.state.u) == (0.0, 0.0)
+    walls = run.events[run.events["kind"] == IMPACT]
+    assert {*walls["x"].tolist()} == {-0.25, 0.25}
+    with pytest.raises(ValueError, match=r"state: u = 0\.1 of a fixed stop"):
+        damper.events(run.parameters, State(0.0, 0.0, 0.0, 0.1), until=1.0)
+    with pytest.raises(ValueError, match=r"^initial_relative_velocity = 1 with mass_ratio = inf"):
+        damper.events(
+            **scenes.QUIET | {"mass_ratio": math.inf}, initial_relative_velocity=1, until=1
+        )
+
+
+def test_lyapunov_exponents_beside_a_stop_are_those_of_the_primary() -> None:
+    """Flights shrink areas with the dashpot, and each impact by the square of r."""
+    values = {**scenes.GENERIC, "mass_ratio": math.inf, "clearance": 0.35, "restitution": 0.9}
+    cube = simulate(**values, observers=["lyapunov", "impacts"], transient=20, periods=20)
+    exponents = cube.lyapunov_exponents.values
+    assert np.isnan(exponents[2:]).all()
+    damped = 4.0 * math.pi * values["damping_ratio"] / values["frequency_ratio"]
+    lost = 2.0 * math.log(0.9) * float(cube.impacts_per_period)
+    assert exponents[:2].sum() == pytest.approx(lost - damped, rel=1e-12)
+
+
+def test_the_stops_of_neighbours_stay_where_they_are() -> None:
+    values = scenes.GENERIC | {"mass_ratio": math.inf, "clearance": [0.2, 0.3, 0.4]}
+    follow = {"follow": {"clearance": "both"}, "transient": 5, "periods": 3}
+    cube = simulate(**values, observers=["trajectory"], **follow)
+    assert not cube.status.any()
+    assert float(abs(cube.trajectory_free_displacement).max()) < 1e-15
