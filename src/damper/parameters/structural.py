@@ -106,6 +106,7 @@ class ScaledParameters:
     forcing: Forcing
     model = "structure"
     units = NO_UNITS
+    hits_stop = False
 
     @property
     def cycle(self) -> float:
