@@ -407,12 +407,10 @@ class WorstCase:
             if stirred := fixed.pop(_SPEED, 0.0):
                 draws[_SPEED] = {"values": [-stirred, stirred]}
         else:
-            speed = self.far * m.rate
             draws["forcing_frequency"] = {"range": list(m.band), "unit": "Hz"}
             draws |= {"phase": [0.0, math.tau], "initial_position": {"values": [-1.0, 1.0]}}
             draws["initial_displacement"] = [-self.far, self.far]
-            # To one side, for the other is its mirror image; slower, the free mass may stay idle.
-            draws["initial_velocity"] = [min(self.fixed[_SPEED], _STIRRED * speed), speed]
+            draws["initial_velocity"] = self._speeds
         return self._study("a check by fresh starts", {}, fixed, self.observers) | {"draws": draws}
 
     def worst_case(self, damper: Sizes) -> dict[str, Any]:
@@ -468,14 +466,19 @@ class WorstCase:
         made = {name: {"values": values} for name, values in (axes | starts).items()}
         return self._study(f"{100.0 * PART:g} % more or less", made, own | driven, self.observers)
 
+    @property
+    def _speeds(self) -> list[float]:
+        """To one side, for the other is its mirror image; slower, the free mass may stay idle."""
+        speed = self.far * self.machine.rate
+        return [min(self.fixed[_SPEED], _STIRRED * speed), speed]
+
     def motions(self, damper: Sizes, frequency: float) -> dict[str, Any]:
         """The study of the motions that random starts lead to at a frequency in Hz."""
         fixed: dict[str, Any] = self.machine.primary | self.sizes(damper)
         fixed["forcing_frequency"] = {"value": frequency, "unit": "Hz"}
-        far, speed = self.far, self.far * self.machine.rate
-        draws = {"count": STARTS, "seed": 1, "initial_position": [-1, 1]}
-        draws["initial_displacement"] = [-far, far]
-        draws[_SPEED] = [-speed, speed]
+        draws = {"count": STARTS, "seed": 1, "initial_position": [-1, 1], "phase": [0.0, math.tau]}
+        draws["initial_displacement"] = [-self.far, self.far]
+        draws[_SPEED] = self._speeds
         own = {"response": {}} | self.observers
         observers = {"motion": {"tolerance": 1e-4}, **own, "impacts": {}}
         return self._study("motions from anywhere", {}, fixed, observers) | {"draws": draws}
