@@ -16,7 +16,7 @@ from studies import MISTAKES
 
 from damper.study.axes import coordinate_name
 from damper.study.config import ConfigError, Study, load_config, load_study
-from damper.study.yaml_file import dump_yaml
+from damper.study.yaml_file import dump_yaml, unreadable
 
 GOOD = """\
 title: Restitution and chatter
@@ -353,6 +353,23 @@ def test_files_are_merged_as_snakemake_merges_them(tmp_path: Path) -> None:
     assert (got.default, got.engine.max_events, got.engine.accuracy) == (("good",), 7, 1e-9)
     with pytest.raises(ConfigError, match=r"nowhere.yaml\n    there is no such file"):
         load_config({}, tmp_path, [*paths, tmp_path / "nowhere.yaml"])
+
+
+@pytest.mark.parametrize(
+    ("asked", "meant"),
+    [
+        ("shok.csv", "shock.csv"),
+        ("quak.csv", ""),
+        ("quake.csv", "quake.yaml"),
+        ("shock.cvs", "shock.csv"),
+    ],
+)
+def test_a_file_of_another_kind_is_meant_only_by_its_very_name(
+    tmp_path: Path, asked: str, meant: str
+) -> None:
+    for name in ("quake.yaml", "shock.csv"):
+        (tmp_path / name).touch()
+    assert unreadable(tmp_path / asked, FileNotFoundError())[1] == meant
 
 
 @pytest.mark.parametrize("given", ["results/", "./a//b", "x" * 200])

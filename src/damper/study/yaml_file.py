@@ -151,9 +151,10 @@ def unreadable(path: Path, error: OSError) -> tuple[str, str]:
     names: list[str] = []
     with suppress(OSError):
         names = sorted(other.name for other in path.parent.iterdir())
-    # A common suffix makes no names alike; of equal names that with the same suffix counts.
+    # A file of another kind counts only under the very name; of equal names that of the same kind.
     names.sort(key=lambda name: Path(name).suffix == path.suffix)
-    stems = {Path(name).stem: name for name in names}
+    kind = {path.stem, path.suffix}
+    stems = {Path(name).stem: name for name in names if kind & {Path(name).stem, Path(name).suffix}}
     return "there is no such file", stems.get(nearest(path.stem, stems), "")
 
 
