@@ -46,7 +46,7 @@ class Job(NamedTuple):
 
 
 class Jobs(Mapping[str, Job]):
-    """Jobs by name, made when one is asked for: what they take may need all of a record.
+    """Jobs by name. They are made when one is asked for, because that may read all of a record.
 
     Parameters
     ----------
