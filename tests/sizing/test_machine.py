@@ -216,6 +216,7 @@ def test_the_examples_in_the_documents_are_machines(tmp_path: Path) -> None:
         ("folder", "folder/design.md is a folder: must be free for a file"),
         ("studies", "studies/studies/sweep.yaml is a folder: must be free for a file"),
         (".", "machine.yaml is read, and would be replaced: must be another folder"),
+        ("", "output = '': must be the path of a folder"),
     ],
 )
 def test_the_place_of_a_page_is_tested_before_anything_is_computed(

@@ -14,6 +14,7 @@ import click
 
 import damper
 from damper.parameters import Parameters, SIParameters
+from damper.parameters.files import path_of
 from damper.parameters.lazy import pd
 from damper.parameters.quantity import QuantityClass
 from damper.parameters.unit_text import number_in
@@ -200,15 +201,16 @@ def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> 
 
     try:
         asked = machine_from(machine, {k: v for k, v in given.items() if v is not None})
-        older = prepare(Path(output), [machine, *asked.records]) if output else []
+        folder = None if output is None else Path(path_of(output, "output", "folder"))
+        older = prepare(folder, [machine, *asked.records]) if folder else []
         found = design(asked, quick=quick)
         click.echo(repr(found))
-        if output:
-            found.save(output)
+        if folder:
+            found.save(folder)
     except (ValueError, TypeError, OSError, ConfigError) as error:
         raise click.ClickException(str(error)) from None
-    if output:
-        click.echo(f"Page: {Path(output, 'design.html')}")
+    if folder:
+        click.echo(f"Page: {folder / 'design.html'}")
     if older:
         click.echo(f"Replaced files of an older page: {', '.join(path.name for path in older)}")
 
