@@ -36,7 +36,7 @@ from damper.models import start_run
 from damper.models.forces import drive_of
 from damper.observers.common.laws import broken
 from damper.parameters.forcing import Base, Harmonics, Record
-from damper.parameters.models import MODELS
+from damper.parameters.models import ON_PRIMARY
 from damper.sweep.runs import run_points
 
 #: Model -> what makes it, beside SCENE; where impacts, sticking and releases happen.
@@ -54,7 +54,7 @@ def parameters(name: str, **changes: float) -> Parameters:
 
 
 def test_all_models_are_here() -> None:
-    assert {parameters(name).model for name in MADE} == set(MODELS)
+    assert {parameters(name).model for name in MADE} == set(ON_PRIMARY)
 
 
 @of_one

@@ -1,6 +1,7 @@
 """The limits of the mass ratio: a free mass that does not act back, and a fixed stop."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -176,3 +177,125 @@ def test_the_stops_of_neighbours_stay_where_they_are() -> None:
     cube = simulate(**values, observers=["trajectory"], **follow)
     assert not cube.status.any()
     assert float(abs(cube.trajectory_free_displacement).max()) < 1e-15
+
+
+# --- one wall, and a box whose motion is prescribed
+
+TABLE = {
+    "mass_ratio": 0.0,
+    "damping_ratio": 0.0,
+    "frequency_ratio": 1.0,
+    "clearance": 0.0,
+    "walls": "left",
+    "carrier": "prescribed",
+}
+
+
+def test_a_bouncing_ball_in_closed_form() -> None:
+    """A ball falls from 1 m on a fixed floor."""
+    p = Parameters(**TABLE, restitution=0.9, gravity=9.81, forcing="none")
+    found = damper.events(p, State(0.0, 0.0, 1.0, 0.0), until=10.0)
+    time = math.sqrt(2.0 / 9.81)
+    speed = 9.81 * time
+    for k in range(200):
+        assert found["time"][k] == pytest.approx(time, rel=1e-14)
+        assert found["approach_speed"][k] == pytest.approx(speed, rel=1e-13)
+        speed *= 0.9
+        time += 2.0 * speed / 9.81
+    assert found["kind"][-1] == STICK
+    assert found["time"][-1] == pytest.approx(8.57894917872889, rel=1e-15)
+
+
+def test_one_stop_sends_back_half_sines() -> None:
+    """x'' + x = 0 with a stop at x = 0: an impact each half of a period."""
+    p = Parameters(math.inf, 0.0, 1.0, 0.0, 0.9, walls="left", forcing="none")
+    found = damper.events(p, State(0.0, -1.0, 0.0, 0.0), until=630.0)[:200]
+    assert found["time"] == pytest.approx(math.pi * np.arange(1.0, 201.0), rel=1e-14)
+    assert found["approach_speed"] == pytest.approx(0.9 ** np.arange(200.0), rel=1e-13)
+    assert not found["x"].any()
+
+
+def test_flights_beside_one_stop_under_a_force_are_those_of_the_closed_form() -> None:
+    """Each flight of x'' + x = A cos(t/2), from the one before: x(t) = 4A/3 cos(t/2) + ..."""
+    amplitude, d = 2.0, 0.5
+    forced = {"phase": math.pi / 2, "force_amplitude": amplitude, "walls": "left"}
+    p = Parameters(math.inf, 0.0, 0.5, d, 0.9, **forced)
+    found = damper.events(p, until=1200.0)
+    hits = found[found["kind"] == IMPACT][:200]
+    gain = amplitude / (1.0 - 0.25)
+    assert len(hits) == 200
+    for before, after in pairwise(hits):
+        t0, t1 = before["time"], after["time"]
+        c, s = d - gain * math.cos(t0 / 2), before["v"] + 0.5 * gain * math.sin(t0 / 2)
+        x = c * math.cos(t1 - t0) + s * math.sin(t1 - t0) + gain * math.cos(t1 / 2)
+        v = s * math.cos(t1 - t0) - c * math.sin(t1 - t0) - 0.5 * gain * math.sin(t1 / 2)
+        stuck = ((found["kind"] == STICK) & (found["time"] > t0) & (found["time"] < t1)).any()
+        if not stuck and t1 - t0 > 1e-3:
+            # The displacement errs by the speed times the roundoff of the clock.
+            assert x == pytest.approx(d, abs=1e-12)
+            assert v == pytest.approx(after["approach_speed"], rel=1e-11, abs=1e-12)
+
+
+def test_a_prescribed_table_is_a_primary_that_does_not_feel_the_ball() -> None:
+    """Of a resonant primary with damping 1/2 the steady motion has the amplitude 1."""
+    values = {"gravity": 0.6, "restitution": 0.5}
+    primary = values | TABLE | {"damping_ratio": 0.5, "carrier": "oscillator"}
+    moving = damper.events(Parameters(**values, **TABLE), State(0.0, 1.0, 2.0, 0.0), until=60.0)
+    p = Parameters(**primary, phase=math.pi / 2)
+    steady = damper.events(p, State(0.0, 1.0, 2.0, 0.0), until=60.0)
+    assert {*moving["kind"].tolist()} == {0, 1, 2}
+    assert moving["kind"].tolist() == steady["kind"].tolist()
+    assert moving["time"] == pytest.approx(steady["time"], rel=1e-13, abs=1e-11)
+    assert abs(moving["x"] - np.sin(moving["time"])).max() < 1e-14
+
+
+def test_a_table_that_shakes_at_random_falls_away_from_the_ball() -> None:
+    """Between samples the box accelerates with 3 t: the ball stays to where that is -g."""
+    quake = damper.Record([0.0, 1.0, 2.0], [0.0, -3.0, -3.0], of="base_acceleration")
+    p = Parameters(**TABLE, restitution=0.0, gravity=1.5, forcing=quake)
+    found = damper.events(p, State(0.0, 0.0, 0.0, 0.0), until=2.0)
+    assert found["kind"].tolist() == [STICK, damper.RELEASE]
+    assert found["time"][1] == pytest.approx(0.5, rel=1e-15)
+    assert found["v"][1] == pytest.approx(-0.375, rel=1e-15)
+
+
+def test_the_orbit_of_a_ball_on_a_table_has_the_multipliers_of_the_ball() -> None:
+    """Closed form: at the impact of one a period cos(phase) = pi (1 - r)/(1 + r)/Gamma."""
+    r, big = 0.5, 1.2
+    p = Parameters(**TABLE, restitution=r, gravity=1.0 / big)
+    orbit = damper.periodic_orbit(p, state=State(0.0, 0.0, 0.9, 2.7, 0.51))
+    phase = math.acos(math.pi * (1.0 - r) / (1.0 + r) / big)
+    assert orbit.events["time"] == pytest.approx([phase], rel=1e-10)
+    trace = 1.0 + r * r - big * (1.0 + r) ** 2 * math.sin(phase)
+    assert len(orbit.multipliers) == 2
+    assert orbit.multipliers.sum().real == pytest.approx(trace, rel=1e-9)
+    assert orbit.multipliers.prod().real == pytest.approx(r * r, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"mass_ratio": 0.1}, r"mass_ratio = 0\.1 with carrier = 'prescribed': nothing acts back"),
+        ({"damping_ratio": 0.1}, r"damping_ratio = 0\.1 with carrier = 'prescribed': there is no"),
+        ({"forcing": damper.Record([0, 1], [0, 1])}, "would jump in velocity"),
+        ({"forcing": damper.Base(frame="base")}, "give damper.Harmonic"),
+        ({"masses": [{}]}, "masses and carrier"),
+        ({"contact_stiffness_ratio": 1e3}, "different models"),
+        ({"contact_stiffness_ratio": 1e3, "carrier": "oscillator"}, "walls and contact_stiffness"),
+        ({"walls": 2}, r"walls = 2: must be a finite number with -1 <= walls <= 1, whole"),
+    ],
+)
+def test_what_a_box_does_not_have_is_refused_by_name(given: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Parameters(**{**TABLE, "restitution": 0.5, **given})
+
+
+def test_words_name_walls_and_carrier() -> None:
+    p = Parameters(**TABLE, restitution=0.5)
+    assert "walls='left', carrier='prescribed'" in repr(p)
+    assert eval(repr(p), vars(damper)) == p
+    for name, word in (("walls", "up"), ("carrier", "rail")):
+        with pytest.raises(TypeError, match=f"unknown {name} '{word}': must be one of"):
+            Parameters(**{**TABLE, "restitution": 0.5, name: word})
+    with pytest.raises(ValueError, match="response does not know a prescribed box"):
+        simulate(**TABLE, restitution=0.5, observers=["response"], periods=1)

@@ -55,6 +55,28 @@ class FixedStop(NamedTuple):
     """As in `Ballistic`."""
 
 
+class Prescribed(NamedTuple):
+    """The box whose motion is prescribed, as an oscillator without stiffness and damping.
+
+    Its forcing is the acceleration. The other fields are those of `Oscillator`.
+    """
+
+    damping: float
+    stiffness: float
+    strength: float
+    regime: float
+    split: float
+    slow: float
+    fast: float
+    rate: float
+    coupling: float
+    forcing: Any
+    gain: Any
+    place: Any
+    """Function of `damper.engine.forcing` that the displacement is, but for its `size`."""
+    size: float
+
+
 class Flow(NamedTuple):
     """Linear flow of displacement and velocity."""
 
@@ -135,9 +157,18 @@ def _no_flow(body, tau):
     return Flow(0.0, 0.0, 0.0, 0.0)
 
 
+@flow_of.of(Prescribed)
+def _no_flow_of_box(body, tau):
+    # Nor does one move a prescribed box.
+    return Flow(0.0, 0.0, 0.0, 0.0)
+
+
 @acceleration_of.of(Oscillator)
 def _oscillator_acceleration(body, y, u, phase):
     return motion_from(body, y, u, phase).a
+
+
+acceleration_of.like(Prescribed, Oscillator)
 
 
 @body_at.of(Oscillator)

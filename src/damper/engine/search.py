@@ -217,7 +217,8 @@ def _leave(p, coupling, longest):
     """Time for which value, slope and curvature surely grow from zero."""
     bound4 = p.bound4 + p.growth * longest
     if p.third != 0.0:
-        return min(longest, 2.0 * p.third / bound4)
+        # A cubic, as in a prescribed box between samples, has no fourth derivative.
+        return min(longest, 2.0 * p.third / bound4) if bound4 > 0.0 else longest
     return min(longest, 3.0 * p.fourth / (p.growth + coupling * bound4))
 
 

@@ -9,9 +9,11 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
+from damper.engine.compiled import plain
 from damper.engine.impact import LAWS, DifferingWalls
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, Trajectory
-from damper.models.walls import slack
+from damper.models.forces import drive_of, primary_of
+from damper.models.walls import box_at, slack
 from damper.parameters import NO_UNITS, Parameters, State, Units
 from damper.parameters.models import room_of
 from damper.parameters.run import checked
@@ -55,9 +57,22 @@ def start_run(
     accuracy, max_events = checked("accuracy", accuracy), checked("max_events", max_events)
     if state is not None:
         check_state(parameters, state)
+    elif parameters.model == "prescribed":
+        x, v = box_motion(parameters, State(0.0, 0.0, 0.0, 0.0))
+        state = State(x, v, x, v)
     trajectory = Trajectory(model_of(parameters, accuracy), state, max_events)
     trajectory.force = parameters.forcing
     return trajectory
+
+
+def box_motion(parameters: Any, state: State) -> tuple[float, float]:
+    """Displacement and velocity at a state's time of a box whose motion is prescribed.
+
+    They are those of the state where the box's acceleration is prescribed.
+    """
+    x, v = float(state.x), float(state.v)
+    primary = primary_of(parameters, drive_of(parameters))
+    return plain(box_at)(primary, 0.0, state.time, x, v)  # type: ignore[no-any-return]
 
 
 def check_state(parameters: Any, state: State, units: Units = NO_UNITS) -> None:
@@ -71,7 +86,9 @@ def check_state(parameters: Any, state: State, units: Units = NO_UNITS) -> None:
     for k, (one, y, x) in enumerate(
         zip(parameters.each, places, _boxes_at(parameters, state), strict=True)
     ):
-        distance = abs(y - x)
+        apart = y - x
+        side = getattr(one, "walls", 0.0)
+        distance = side * apart if side else abs(apart)
         allowed = one.clearance + slack(one.clearance, x, y)
         if distance > allowed and parameters.model != "compliant":
             limit = "clearance" if units is NO_UNITS else "gap / 2"
@@ -85,6 +102,8 @@ def check_state(parameters: Any, state: State, units: Units = NO_UNITS) -> None:
 
 def _boxes_at(parameters: Any, state: State) -> list[float]:
     """Displacement of the box of each free mass."""
+    if parameters.model == "prescribed":
+        return [box_motion(parameters, state)[0]]
     if parameters.model != "structure":
         return state.of_coordinates(1)[0] * len(parameters.each)
     structure = parameters.structure

@@ -65,6 +65,12 @@ class Both(NamedTuple):
     """Of the force, as in `Motion`."""
 
 
+@by_class_or_default
+def travel_of(model: Any) -> float:
+    """The free mass's whole travel between the walls; infinite where there is one."""
+    return 2.0 * float(model.clearance)
+
+
 @by_class
 def begin_flight(mass: Any, model: Any, segment: Segment, shift: float) -> Any:
     """What a flight follows from: the primary's `Motion`, or `Both` where the free mass has one.
@@ -218,7 +224,7 @@ def fly(start: Any, model: Any, segment: Segment) -> End:
     point = start_point(moving)
     limit = min(HORIZON, horizon(model.free.forcing, start.phase))
     lifts_off = s.gap == 0.0 and s.gap_rate == 0.0 and point.second == 0.0
-    root = first_root(moving, point, 2.0 * model.clearance, lifts_off, limit, 0.0)
+    root = first_root(moving, point, travel_of(model), lifts_off, limit, 0.0)
     p = root.point
     tau = p.tau + root.step
     if root.side == 0.0 and limit == HORIZON:
@@ -273,6 +279,9 @@ def completes(model: Any, mass_ratio: float, segment: Segment, start: Any) -> tu
     )
     if left > horizon(free.forcing, start.phase):
         return 0.0, math.inf
+    if j == 0.0 and scale == 0.0:
+        # A constant acceleration: the closed form is exact, and what it closes would not be seen.
+        error = max(error, left)
     return left, error
 
 
@@ -326,7 +335,7 @@ def completes_rubbing(
     # A bounce's time and speed change by that over `back`; each one's speed depends on all before.
     drift = change / back * (1.0 + (out - back) / (out * (1.0 - q)))
     falls = restitution_change(law_at(flight.law, segment.side), w * (1.0 + change / back))
-    error = left * (drift + falls / (1.0 - q))
+    error = left * (drift + falls / (1.0 - q)) if change > 0.0 or falls > 0.0 else left
     if left > horizon(flight.free.forcing, start.phase):
         return 0.0, math.inf
     return left, error

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.bodies import Ballistic, FixedStop
+from damper.engine.bodies import Ballistic, FixedStop, Prescribed
 from damper.engine.forcing.harmonic import harmonic
 from damper.engine.oscillator import Oscillator, oscillator
 from damper.parameters import Parameters
@@ -49,6 +49,8 @@ def free_mass_of(
     p, strength = parameters, drive.share * drive.amplitude
     if p.mass_ratio == math.inf:
         return FixedStop(primary)
+    if p.carrier:
+        return Ballistic(0.0 - p.gravity)
     if p.support_damping_ratio or p.support_stiffness_ratio:
         damping = p.support_damping_ratio / p.mass_ratio
         stiffness = p.support_stiffness_ratio / p.mass_ratio
@@ -62,6 +64,36 @@ def free_mass_of(
 def drive_of(parameters: Parameters) -> Drive:
     """What drives the damper of these parameters."""
     return drive(parameters.forcing if parameters.force_amplitude else given.NoForce(), parameters)
+
+
+def primary_of(parameters: Parameters, drive: Drive) -> Oscillator | Prescribed:
+    """The primary in flight; or the box whose motion is prescribed."""
+    p = parameters
+    if not p.carrier:
+        return oscillator(p.damping_ratio, 1.0, drive.amplitude, drive.forcing)
+    if p.forcing.samples and p.force_amplitude:  # its acceleration, which drives masses as -value
+        from damper.engine.forcing.weighed import WeighedForce
+
+        force = WeighedForce(drive.forcing, -drive.amplitude, 0.0)
+        return oscillator(0.0, 0.0, 1.0, force)
+    strength, force = _acceleration_of(drive)
+    return Prescribed(*oscillator(0.0, 0.0, strength, force), drive.forcing, drive.amplitude)
+
+
+def _acceleration_of(drive: Drive) -> tuple[float, Any]:
+    """Strength and function of the second derivative of a force's function."""
+    from damper.engine.forcing.harmonics import SumOfHarmonics
+    from damper.engine.forcing.none import ZeroForce
+    from damper.engine.forcing.weighed import WeighedForce
+
+    force = drive.forcing
+    if isinstance(force, ZeroForce):
+        return 0.0, force
+    if isinstance(force, SumOfHarmonics):
+        factor = -((force.omega * np.arange(1.0, len(force.sine) + 1.0)) ** 2)
+        turned = force._replace(sine=factor * force.sine, cosine=factor * force.cosine)
+        return drive.amplitude, turned
+    return 1.0, WeighedForce(force, -drive.amplitude * force.omega**2, 0.0)
 
 
 @singledispatch

@@ -10,9 +10,10 @@ import math
 from typing import Any
 
 from damper.engine import model as declared
-from damper.engine.bodies import FixedStop, body_at
+from damper.engine.bodies import FixedStop, Prescribed, body_at
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class, by_class_or_default
+from damper.engine.forcing import derivative_of, phase_at
 from damper.engine.impact import impact, law_at, mean_of, restitution_at, share_of
 from damper.engine.model import Step, begin, mass_ratio_at
 from damper.engine.oscillator import Motion
@@ -33,7 +34,7 @@ from damper.engine.segment import (
 )
 from damper.engine.tuples import changed, made_of
 from damper.models import flights
-from damper.models.flights import EVENT, Bounce, End, bounce_at, fly, unclipped
+from damper.models.flights import EVENT, Bounce, End, bounce_at, fly, travel_of, unclipped
 
 
 @by_class
@@ -131,7 +132,7 @@ def go_on(model: Any, s: Segment, end: End, mode: float, cause: float) -> Step:
     tau, gap, rate = end.duration, end.gap, end.gap_rate
     new = segment_after(s, model.cycle, tau, end.x, end.v, gap, rate, s.side, mode, cause, 0.0)
     gave_up = end.outcome == GAVE_UP
-    new = exactly(model.mass, model, s, new)
+    new = exactly(model.free, model, s, exactly(model.mass, model, s, new))
     return Step(tau, end.outcome == EVENT, gave_up, end.steps, new, begin(model, new))
 
 
@@ -141,6 +142,26 @@ def _beside_a_stop(part, model, before, new):
     if new.gap == 0.0:
         x, v = before.y - new.side * model.clearance, new.side * new.gap_rate + 0.0
     return _placed(new, x, v, before.y)
+
+
+@exactly.of(Prescribed)
+def _as_prescribed(part, model, before, new):
+    x, v = box_at(part, new.periods, new.time, new.x, new.v)
+    return _placed(new, x, v, new.y)
+
+
+@by_class_or_default
+def box_at(primary: Any, periods: float, time: float, x: float, v: float) -> tuple[float, float]:
+    """Displacement and velocity of the box at a moment, where its motion is prescribed."""
+    return x, v
+
+
+@box_at.of(Prescribed)
+def _prescribed_at(primary, periods, time, x, v):
+    phase, size = phase_at(primary.place, periods, time), primary.size
+    return size * derivative_of(primary.place, phase, 0), size * derivative_of(
+        primary.place, phase, 1
+    )
 
 
 @own_state.of(FixedStop)
@@ -159,22 +180,23 @@ def _fly_on(start, model, segment, end):
     # The increments of gap and rate add up their roundoff, so each is replaced where it has
     # drifted; not the gap near a wall, which has more digits there than y.
     if abs(y) < gap and abs(own_gap - gap) > ROUNDOFF * (model.clearance + abs(y) + abs(end.x)):
-        gap = min(max(own_gap, 0.0), 2.0 * model.clearance)
+        gap = min(max(own_gap, 0.0), travel_of(model))
     if abs(own_rate - rate) > ROUNDOFF * (abs(end.v) + abs(u)):
         rate = own_rate
     periods, time = clock_after(model.cycle, s.periods, s.time, tau)
+    x, v = box_at(model.free, periods, time, end.x, end.v)
     new = Segment(
         periods,
         time,
-        end.x,
-        end.v,
+        x,
+        v,
         gap,
         rate,
         s.side,
         FLIGHT,
         NOTHING,
         0.0,
-        end.v,
+        v,
         s.first_speed,
         0.0,
         0.0,
@@ -214,7 +236,7 @@ def _motion(model, segment, tau):
     s = segment
     if s.mode == FLIGHT:
         x, v, gap, rate = unclipped(model, s, begin(model, s), tau)
-        return x, v, min(max(gap, 0.0), 2.0 * model.clearance), rate
+        return x, v, min(max(gap, 0.0), travel_of(model)), rate
     x, v = centre(model, s, tau)
     if s.mode != TAIL or s.gap_rate == 0.0:
         return x, v, s.gap, 0.0
@@ -240,7 +262,7 @@ def _over_impact(model, s, end):
     new = after_impact(
         periods, time, end.x, v, rate, side, FLIGHT, IMPACT, speed, end.v, first_speed
     )
-    new = exactly(model.mass, model, s, new)
+    new = exactly(model.free, model, s, exactly(model.mass, model, s, new))
     start = begin(model, new)
     if rate == 0.0:
         if stays(start, model, new):
@@ -249,7 +271,7 @@ def _over_impact(model, s, end):
         left, error = time_to_completion(model, new, start)
         # The next bounce must turn before the other wall; a constant force lets it rise this high.
         rise = 0.25 * rate * left * (1.0 - restitution_at(law, 0.0))
-        if error <= model.tolerance and rise <= model.clearance:
+        if error <= model.tolerance and rise <= 0.5 * travel_of(model):
             new = _as(new, TAIL, left)
     return Step(end.duration, True, False, end.steps, new, start)
 
@@ -278,13 +300,16 @@ def initial_segment_of(
     the masses stick or part as after an impact without a rebound, and none is counted.
     """
     clearance = model.clearance
+    x, v = box_at(model.free, periods, time, x, v)
     relative = y - x
     side = 1.0 if relative >= 0.0 else -1.0
+    if travel_of(model) == math.inf:
+        side = model.walls
     gap = clearance - side * relative
     rate = -side * (u - v)
     mode = FLIGHT
     cause = NOTHING
-    if clearance == 0.0:
+    if travel_of(model) == 0.0:
         # Stuck between both walls for good, with the common velocity that keeps the momentum.
         side = 0.0
         mass_ratio = mass_ratio_at(model, periods, time)

@@ -16,7 +16,7 @@ from damper.models.response import integrate_segment, own_loss, own_share, prepa
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import BODIES, Setting
 from damper.observers.response import TOTALS, follow, lost_between_impacts
-from damper.parameters.models import MODELS
+from damper.parameters.models import ON_PRIMARY
 from damper.parameters.variables import ENERGY, LENGTH, TIME, Variable
 
 #: Half cycles so far; the side of zero that x is on; the highest |x| there and its time; the first
@@ -60,7 +60,7 @@ class Decay(Observer):
     stays missing but `vibration`, which says so, and studies refuse it.
     """
 
-    models = tuple(MODELS)
+    models = ON_PRIMARY
     bodies = BODIES
     half_cycles = Setting(
         1000, "Half cycles of each run that are listed, the first ones.", ge=3, le=10_000_000

@@ -27,6 +27,7 @@ from damper.engine.segment import (
     write_segment,
 )
 from damper.engine.trajectory import Trajectory
+from damper.models.flights import travel_of
 from damper.models.laws import (
     FEWEST_SAMPLES,
     SAMPLES,
@@ -46,7 +47,7 @@ from damper.models.laws import (
 from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
 from damper.observers.common.base import Observer, Window, fields_of, record_type
 from damper.observers.common.laws import LAW_NAMES, LAW_VARIABLES, SEGMENTS
-from damper.parameters.models import MODELS, models_of, room_of
+from damper.parameters.models import ON_PRIMARY, models_of, room_of
 
 #: Largest violation of each law in a run, what the energy balance needs, and how many segments.
 _FOUND = record_type(
@@ -66,7 +67,7 @@ class Laws(Observer):
     the run stopped.
     """
 
-    models = tuple(MODELS)
+    models = ON_PRIMARY
     variables = (*LAW_VARIABLES, SEGMENTS)
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
@@ -190,9 +191,9 @@ def _compare(model, last, end, s, found):
     force = force_bound(model)
     size = end.terms + force + abs(end.x)
     if s.side != last.side:
-        gap = 2.0 * model.clearance - gap
+        gap = travel_of(model) - gap
         rate = -rate
-        size += 2.0 * model.clearance
+        size += travel_of(model)
     # Terms of a velocity: the velocity at the start, and the share of spring, force and dashpot.
     added = (force + abs(last.x)) * min(last.duration, 1.0)
     added += abs(last.v) * min(2.0 * model.free.damping * last.duration, 1.0)
@@ -257,7 +258,7 @@ def _sample_flight(model, s, found):
 @compiled
 def _depth(model, at):
     """Depth beyond either wall, over the size of the lengths there; 0 between them."""
-    depth = max(-at.gap, at.gap - 2.0 * model.clearance)
+    depth = max(-at.gap, at.gap - travel_of(model))
     return depth / (force_bound(model) + abs(at.x) + at.terms) if depth > 0.0 else 0.0
 
 

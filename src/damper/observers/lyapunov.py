@@ -21,7 +21,7 @@ from damper.models.tangent import (
 )
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import Setting
-from damper.parameters.models import MODELS
+from damper.parameters.models import ON_PRIMARY
 from damper.parameters.variables import SPEED, Variable
 
 #: Of a run: whether the window has begun; periods of it before its second half; directions that
@@ -59,7 +59,7 @@ class Lyapunov(Observer):
     Everything stays missing where the run stopped early.
     """
 
-    models = tuple(MODELS)
+    models = ON_PRIMARY
     exponents = Setting(4, "How many exponents to follow, the largest.", ge=1, le=202)
     variables = (
         Variable("largest_lyapunov_exponent", "largest Lyapunov exponent per cycle", "1"),

@@ -1,15 +1,18 @@
 """Motion: after how many cycles it repeats, and what the free mass does in that time."""
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 
+from damper.engine.bodies import weight_on
 from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import is_odd
 from damper.engine.impact import law_at
 from damper.engine.model import motion, read_segment
 from damper.engine.segment import IMPACT, STICK
 from damper.engine.trajectory import Trajectory
+from damper.models.flights import travel_of
 from damper.observers.common.base import Observer, Window, record_type, since
 from damper.observers.common.sections import write_sample
 from damper.observers.common.settings import BODIES, Setting
@@ -91,7 +94,9 @@ class ObservedMotion(Observer):
         near = self.tolerance * abs(states).max()
         left, right = (plain(law_at)(self._model.law, side) for side in (-1.0, 1.0))
         # Both masses together feel gravity, too.
-        odd = plain(is_odd)(self._model.stuck.forcing) and left == right
+        model = self._model
+        odd = plain(is_odd)(model.stuck.forcing) and not plain(weight_on)(model.mass)
+        odd = odd and left == right and plain(travel_of)(model) < math.inf
         self._put({"motion_period": 0})
         for period in range(1, (len(rows) - 1) // 4 + 1):
             later, earlier = states[-2 * period - 1 :], states[-4 * period - 1 : -2 * period]

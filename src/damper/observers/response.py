@@ -29,7 +29,7 @@ from damper.observers.common.base import (
 )
 from damper.observers.common.settings import Setting
 from damper.parameters.forcing import Base
-from damper.parameters.models import MODELS
+from damper.parameters.models import ON_PRIMARY
 from damper.parameters.variables import ACCELERATION, ENERGY, LENGTH, SPRING_FORCE, Variable
 from damper.theory.steady import steady_amplitude
 
@@ -103,7 +103,7 @@ class Response(Observer):
     Everything stays missing where the run stopped early.
     """
 
-    models = tuple(MODELS)
+    models = ON_PRIMARY
     modulation_work = Setting(
         False,
         "Write what a time-varying free mass gains by its variation as well; zero in every other "

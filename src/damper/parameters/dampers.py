@@ -288,6 +288,30 @@ class Parameters(QuantityClass):
         chooses=False,
     )
 
+    walls: float = quantity(
+        "$w$",
+        "walls that the box has",
+        definition="left, both or right; with one wall the clearance is its distance from x",
+        minimum=-1.0,
+        maximum=1.0,
+        whole=True,
+        default=0.0,
+        note="left -1, both 0, right 1",
+        words=(("left", -1.0), ("both", 0.0), ("right", 1.0)),
+    )
+    carrier: float = quantity(
+        "$c$",
+        "what carries the box",
+        definition="an oscillator, the primary; or nothing: the box's motion x(t) is prescribed",
+        minimum=0.0,
+        maximum=1.0,
+        whole=True,
+        default=0.0,
+        note="oscillator 0, prescribed 1",
+        words=(("oscillator", 0.0), ("prescribed", 1.0)),
+        model="prescribed",
+    )
+
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
     masses: Any = None
@@ -563,6 +587,8 @@ class SIParameters(QuantityClass, shares=Parameters):
     )
     mass_share: float = shared(default=1.0)
     clearance_factor: float = shared(default=1.0)
+    walls: float = shared(default=0.0)
+    carrier: float = shared(default=0.0)
 
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
@@ -736,8 +762,10 @@ _OF_LAWS = tuple(q for q in Parameters.quantities if q.law)
 
 #: Models that each of several masses may be one of.
 _OF_EACH = {"sliding", "grounded"}
+#: Models that go with one another.
+_TOGETHER = (_OF_EACH, {"sliding", "prescribed"})
 #: Order of `Parameters.features`: the slowest model first.
-_ORDER = ("compliant", "time_varying", "several", "sliding", "grounded")
+_ORDER = ("compliant", "time_varying", "several", "prescribed", "sliding", "grounded")
 
 
 #: Quantities that every damper needs.
@@ -797,7 +825,7 @@ def check_together(
         return called.get(name, name)
 
     asked = _asked(values)
-    if len(asked) > 1 and {*asked} != _OF_EACH:
+    if len(asked) > 1 and {*asked} not in _TOGETHER:
         words = (f"{', '.join(map(named, names))} ({model})" for model, names in asked.items())
         raise ValueError(f"{' and '.join(words)} ask for different models: give those of one")
     laws = _laws(values)
@@ -805,6 +833,7 @@ def check_together(
         words = (f"{named(q.name)} ({q.law})" for q in laws)
         raise ValueError(f"{' and '.join(words)} ask for different contact laws: give one")
     _check_several(values, asked, named)
+    _check_box(values, asked, named, given)
     _check_limits(values, asked, named, given)
     for name, does in (
         ("gravity", "weighs {:g} F0 along its box"),
@@ -824,6 +853,43 @@ def check_together(
         )
     if "grounded" in asked:
         _check_support(values, named)
+
+
+def _check_box(
+    values: Mapping[str, Any],
+    asked: Mapping[str, list[str]],
+    named: Callable[[str], str],
+    given: Mapping[str, Any],
+) -> None:
+    """Refuse what a box with one wall, or of prescribed motion, does not have."""
+    if values["walls"]:
+        others = [name for model in ("compliant", "time_varying") for name in asked.get(model, ())]
+        others += ["masses"] if given.get("masses") is not None else []
+        for name in others:
+            raise ValueError(f"walls and {named(name)}: with {named(name)} a box has both walls")
+    if not values["carrier"]:
+        return
+    what = "carrier = 'prescribed'"
+    if named("mass_ratio") != "mass_ratio":
+        raise ValueError(
+            f"{what} in SI units: nothing scales the motion; give damper.Parameters its lengths in "
+            "m and its times in s"
+        )
+    for name, why in (
+        ("mass_ratio", "nothing acts back on the box"),
+        ("damping_ratio", "there is no primary"),
+    ):
+        if values[name]:
+            raise ValueError(f"{name} = {values[name]!r} with {what}: {why}; must be 0")
+    force = given["forcing"]
+    if force.samples and not force.moves_frame:
+        raise ValueError(
+            f"forcing = {force!r} with {what}: a box that follows straight lines between samples "
+            "would jump in velocity at each of them; give its acceleration, with "
+            "of='base_acceleration'"
+        )
+    if force.moves_frame and not force.samples:
+        raise ValueError(f"forcing = {force!r} with {what}: give damper.Harmonic(), the box's x(t)")
 
 
 #: Limits of the mass ratio: it does not act back, it is a fixed stop.

@@ -22,16 +22,21 @@ MODELS = {
     "compliant": Model({"contact_stiffness_ratio": 1e4}, 2.5e-6, "compliant contact"),
     "time_varying": Model({"modulation_depth": 0.1}, 5e-7, "a free mass that varies"),
     "sliding": Model({"friction": 0.01}, 1.5e-6, "dry friction"),
+    "prescribed": Model(
+        {"mass_ratio": 0.0, "damping_ratio": 0.0, "carrier": 1.0}, 5e-7, "a prescribed box"
+    ),
     "several": Model(
         {"masses": {"count": 3, "clearance_spread": 0.2}}, 1.5e-6, "several free masses"
     ),
 }
+#: Those with a primary.
+ON_PRIMARY = tuple(name for name in MODELS if name != "prescribed")
 #: Those of one free mass.
 ONE_MASS = tuple(name for name in MODELS if name != "several")
 
 
 #: Models with one constant free mass between rigid walls: `damper.models.masses` has them all.
-_ONE_ROOM = ("rigid", "grounded", "sliding")
+_ONE_ROOM = ("rigid", "grounded", "sliding", "prescribed")
 
 
 def room_of(model: str) -> str:

@@ -40,6 +40,8 @@ class Quantity:
     """Whether only whole numbers are allowed."""
     limit_cases: tuple[float, ...] = ()
     """Values beyond the range that are allowed: exact limits, such as infinity."""
+    words: tuple[tuple[str, float], ...] = ()
+    """Words that may stand for values."""
     default: float | None = None
     note: str = ""
     """Remark in error messages, beside the range."""
@@ -114,12 +116,29 @@ class Quantity:
         TypeError
             Not a real number.
         """
+        if self.words and isinstance(value, str):
+            value = self.number_of(value)
         number = real(self.name, number_in(self.name, value, [self.units]))
         if not self.holds(number):
             raise ValueError(
                 f"{self.name} = {value!r}: must be a finite number with {self.allowed}"
             )
         return number
+
+    def number_of(self, word: Any) -> Any:
+        """Return the value that a word stands for; anything else as it is.
+
+        Raises
+        ------
+        ValueError
+            For an unknown word, with the known ones.
+        """
+        if not self.words or not isinstance(word, str):
+            return word
+        known = dict(self.words)
+        if word not in known:
+            raise unknown_name(self.name, word, known)
+        return known[word]
 
     @property
     def si_names(self) -> tuple[str, ...]:
@@ -220,7 +239,9 @@ class QuantityClass:
         _check_names(cls)
 
     def __repr__(self) -> str:
-        text = ", ".join(f"{name}={value!r}" for name, value in self.given.items())
+        words = {q.name: {n: word for word, n in q.words} for q in self.quantities if q.words}
+        shown = {n: words.get(n, {}).get(v, v) if n in words else v for n, v in self.given.items()}
+        text = ", ".join(f"{name}={value!r}" for name, value in shown.items())
         return f"{type(self).__name__}({text})"
 
     @property

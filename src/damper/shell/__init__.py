@@ -16,7 +16,7 @@ import damper
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.files import path_of
 from damper.parameters.lazy import pd
-from damper.parameters.quantity import QuantityClass
+from damper.parameters.quantity import Quantity, QuantityClass
 from damper.parameters.unit_text import number_in
 from damper.parameters.units import TIME
 from damper.sweep.events import KINDS
@@ -39,15 +39,17 @@ def main() -> None:
 
 
 class _Number(click.ParamType):
-    """A number, or text with a unit, such as 20mm."""
+    """A number, text with a unit, such as 20mm, or a word of the quantity, such as left."""
 
     name = "number"
 
-    def __init__(self, units: str) -> None:
-        self.units = units
+    def __init__(self, quantity: Quantity) -> None:
+        self.units, self.words = quantity.units, dict(quantity.words)
 
     def convert(self, value: Any, param: Any, ctx: Any) -> float:
         """Return the number in the unit of the quantity."""
+        if value in self.words:
+            return self.words[value]
         try:
             return float(number_in(param.name, value, [self.units]))
         except ValueError as error:
@@ -63,7 +65,7 @@ def _quantities(kind: type[QuantityClass]) -> Callable[[Any], Any]:
             option = click.option(
                 "--" + quantity.name.replace("_", "-"),
                 quantity.name,
-                type=_Number(quantity.units),
+                type=_Number(quantity),
                 required=quantity.default is None,
                 help=quantity.about,
             )

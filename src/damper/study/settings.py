@@ -95,6 +95,11 @@ class OfQuantity(StrictModel):
         cls, given: Mapping[str, Any], name: str | None, mistakes: Mistakes
     ) -> dict[str, Any]:
         read, quantity = dict(given), ALL.get(name or "")
+        if quantity is not None and quantity.words:
+            known = dict(quantity.words)
+            for key in _NUMBERS & given.keys():
+                read[key] = each_number(read[key], lambda word: known.get(word, word))
+            return read
         texts = dict(texts_with_unit(given))
         if quantity is None or not texts:
             return read

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from damper.models import box_motion
 from damper.models.walls import slack
 from damper.parameters import Parameters, SIParameters, State, Units
 from damper.parameters.named import arguments, damper_of, language
@@ -36,6 +37,8 @@ class Point(NamedTuple):
         x, v = steady_state(self.parameters) if self.primary == "steady" else (0.0, 0.0)
         x = self.initial.get("initial_displacement", x)
         v = self.initial.get("initial_velocity", v)
+        if self.parameters.model == "prescribed":
+            x, v = box_motion(self.parameters, State(x, v, x, v))
         place = self.initial.get("initial_position", 0.0)
         if self.parameters.hits_stop:  # which stands still, wherever the primary starts
             return State(x, v, place * self.parameters.clearance, 0.0)
@@ -104,6 +107,10 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     initial = {
         name: check_quantity(name, values[name]) / units.size(ALL[name].units) for name in given
     }
+    if parameters.model == "prescribed" and not parameters.forcing.samples:
+        for name in ("initial_displacement", "initial_velocity"):
+            if name in initial:
+                raise ValueError(f"{name} with carrier = 'prescribed': the box has its own motion")
     if parameters.hits_stop and initial.get("initial_relative_velocity"):
         raise ValueError(
             f"initial_relative_velocity = {values['initial_relative_velocity']!r} with "

@@ -26,6 +26,7 @@ FREE_MASS = (
     "mass_share",
     "clearance_factor",
     "masses",
+    "walls",
 )
 
 

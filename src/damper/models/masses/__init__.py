@@ -46,7 +46,7 @@ from damper.models.flights import (
     rest_shift,
     rests,
 )
-from damper.models.forces import Drive, drive_of, free_mass_of, weighed
+from damper.models.forces import Drive, drive_of, free_mass_of, primary_of, weighed
 from damper.models.masses.holds import (
     Hold,
     Speed,
@@ -87,12 +87,15 @@ class Rigid(NamedTuple):
     mass: Any
     """The free mass in flight, but for friction: a body of `damper.engine.bodies`."""
     friction: Any = NoFriction()
+    walls: float = 0.0
+    """The side of the only wall; 0 where there are both."""
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Names in `damper.parameters.models`: support, friction, or neither."""
+        """Names in `damper.parameters.models`: carrier, support, friction, or none of them."""
         supported = self.mass.stiffness or self.mass.damping
-        found = ["grounded"] * bool(supported) + ["sliding"] * isinstance(self.friction, Friction)
+        found = ["prescribed"] * (self.free.stiffness == 0.0) + ["grounded"] * bool(supported)
+        found += ["sliding"] * isinstance(self.friction, Friction)
         return tuple(found) or ("rigid",)
 
 
@@ -104,7 +107,7 @@ def prepare(
     p = parameters
     drive = drive_of(p)
     forcing = drive.forcing
-    free = oscillator(p.damping_ratio, 1.0, drive.amplitude, forcing)
+    free = primary_of(p, drive)
     mass = free_mass_of(p, drive, free)
     friction = Friction(p.friction) if p.friction or along_friction else NoFriction()
     if isinstance(friction, Friction) and isinstance(mass, Oscillator):
@@ -116,9 +119,10 @@ def prepare(
         p.cycle,
         accuracy / max(1.0, rate_of(forcing), 2.0 * mass.damping + math.sqrt(mass.stiffness)),
         free,
-        _joined(p, drive),
+        free if p.carrier else _joined(p, drive),
         mass,
         friction,
+        p.walls,
     )
 
 
@@ -134,6 +138,11 @@ def _joined(p: Parameters, drive: Drive) -> Oscillator:
 
 
 walls.have_rigid_walls(Rigid)
+
+
+@flights.travel_of.of(Rigid)
+def _travel_of(model):
+    return 2.0 * model.clearance if model.walls == 0.0 else math.inf
 
 
 _without_friction = changed(Rigid, "mass", "friction")
@@ -338,7 +347,7 @@ def _fly(start, model, segment):
     gap = flights.gap_of(slide, model, s, 1.0)
     point = start_point(gap)
     leaves = s.gap == 0.0 and s.gap_rate == 0.0 and point.second == 0.0
-    root = first_root(gap, point, 2.0 * model.clearance, leaves, last, 0.0)
+    root = first_root(gap, point, flights.travel_of(model), leaves, last, 0.0)
     tau = root.point.tau + root.step
     gave_up = stop.side == GAVE_UP or root.side == GAVE_UP
     hits = abs(root.side) == 1.0 and tau <= last
@@ -349,7 +358,7 @@ def _fly(start, model, segment):
     if hits and not gave_up:
         return End(tau, EVENT, root.side * s.side, x, v, 0.0, p.slope, steps)
     # Below zero a gap is roundoff.
-    left = min(max(p.value, 0.0), 2.0 * model.clearance)
+    left = min(max(p.value, 0.0), flights.travel_of(model))
     if tau < stops or gave_up:
         outcome = GAVE_UP if gave_up else NO_EVENT
         rate = -slide.sigma * s.side * max(-slide.sigma * s.side * p.slope, 0.0)
@@ -414,7 +423,8 @@ def time_left(start: Any, model: Rigid, segment: Segment) -> tuple[float, float]
 def _time_left_rubbing(start, model, segment):
     most = friction_of(model.friction)
     left, error = completes_rubbing(start.start, start.flight, segment, most)
-    return left, error if segment.gap_rate * left <= model.clearance else math.inf
+    within = segment.gap_rate * left <= 0.5 * flights.travel_of(model)
+    return left, error if within else math.inf
 
 
 # Deviations are a part of this model that needs all of the above.

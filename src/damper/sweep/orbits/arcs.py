@@ -197,12 +197,15 @@ def state_of(vector: np.ndarray, time: float = 0.0) -> State:
 def leaders(parameters: Parameters, start: np.ndarray) -> np.ndarray:
     """For each component of a state the number of the one that it moves with.
 
-    Its own but in masses in step, which stay so; -1 for those of a fixed stop: they are given.
+    Its own but in masses in step, which stay so; -1 for those of a fixed stop and of a
+    prescribed box: they are given.
     """
     found = np.arange(len(start))
     if parameters.model != "several":
         if parameters.hits_stop:
             found[2:] = -1
+        if parameters.model == "prescribed":
+            found[:2] = -1
         return found
     first: dict[Any, int] = {}
     for k, one in enumerate(parameters.each):
@@ -236,8 +239,9 @@ def _sides(parameters: Parameters, state: np.ndarray) -> np.ndarray:
     if parameters.model != "compliant":
         (x, v), places, speeds = state[:2], state[2::2], state[3::2]
         for k, (one, y, u) in enumerate(zip(parameters.each, places, speeds, strict=True)):
-            if u == v and one.clearance - abs(y - x) <= slack(one.clearance, x, y):
-                sides[k] = np.sign(y - x)
+            side = one.walls or np.sign(y - x)
+            if u == v and one.clearance - side * (y - x) <= slack(one.clearance, x, y):
+                sides[k] = side
             elif u == v and one.friction:
                 sides[k] = RESTS
     return sides

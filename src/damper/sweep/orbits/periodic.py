@@ -438,7 +438,10 @@ def _newton(found: Arc, over: Callable[[np.ndarray], Arc]) -> Arc | None:
     for halving in range(_HALVINGS):
         start = found.start + 0.5**halving * step
         clearances = np.array([one.clearance for one in found.parameters.each])
-        within = abs(start[2::2] - start[0]) <= clearances * (1.0 + 1e-15)
+        walls = np.array([one.walls for one in found.parameters.each])
+        apart = start[2::2] - start[0]
+        deep = np.where(walls == 0.0, abs(apart), walls * apart)
+        within = deep <= clearances * (1.0 + 1e-15)
         if within.all() or found.parameters.model == "compliant":
             passed = over(start)
             if passed.change < found.change:
