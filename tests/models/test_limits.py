@@ -115,6 +115,8 @@ FEATURES = {
     "stuck": ({"clearance": 0.0}, ()),
     "gravity": ({"gravity": 0.3}, ("stop",)),
     "friction": ({"friction": 0.05}, ("stop",)),
+    "one wall": ({"walls": "left", "initial_velocity": 1.0}, ()),
+    "one wall below": ({"walls": "left", "gravity": 0.2}, ("stop",)),
     "support": ({"support_stiffness_ratio": 0.05}, ("no mass", "stop")),
     "dashpot": ({"support_damping_ratio": 0.05}, ("no mass", "stop")),
     "compliant": ({"contact_stiffness_ratio": 1e3}, ("no mass", "stop")),
@@ -134,7 +136,7 @@ def test_each_feature_works_at_a_limit_or_is_refused_by_name(feature: str, limit
     more, refused = FEATURES[feature]
     values = scenes.QUIET | LIMITS[limit] | more
     if limit in refused:
-        name = "mass_ratio = inf" if feature == "several" else f"^{next(iter(more))}"
+        name = "mass_ratio = inf" if feature == "several" else f"^{[*more][-1]}"
         with pytest.raises(ValueError, match=name):
             Parameters(**values)
         return

@@ -66,7 +66,7 @@ def drive_of(parameters: Parameters) -> Drive:
     return drive(parameters.forcing if parameters.force_amplitude else given.NoForce(), parameters)
 
 
-def primary_of(parameters: Parameters, drive: Drive) -> Oscillator | Prescribed:
+def primary_of(parameters: Parameters, drive: Drive) -> Any:
     """The primary in flight; or the box whose motion is prescribed."""
     p = parameters
     if not p.carrier:
@@ -77,7 +77,8 @@ def primary_of(parameters: Parameters, drive: Drive) -> Oscillator | Prescribed:
         force = WeighedForce(drive.forcing, -drive.amplitude, 0.0)
         return oscillator(0.0, 0.0, 1.0, force)
     strength, force = _acceleration_of(drive)
-    return Prescribed(*oscillator(0.0, 0.0, strength, force), drive.forcing, drive.amplitude)
+    made = oscillator(0.0, 0.0, strength, force)._asdict()
+    return Prescribed(**made, place=drive.forcing, size=drive.amplitude)
 
 
 def _acceleration_of(drive: Drive) -> tuple[float, Any]:

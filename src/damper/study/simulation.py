@@ -149,8 +149,8 @@ def simulate(
         wanted = f"{name}: must be a number or a non-empty one-dimensional sequence"
         words = value if isinstance(value, list | tuple) else [value]
         if any(isinstance(word, str) for word in words):
-            numbers = [ALL[name].number_of(word) for word in words]
-            value = numbers if isinstance(value, list | tuple) else numbers[0]
+            read = [ALL[name].number_of(word) for word in words]
+            value = read if isinstance(value, list | tuple) else read[0]
         try:
             column = np.asarray(value)
         except ValueError:
