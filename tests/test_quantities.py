@@ -45,7 +45,8 @@ from damper.verification.comparison import settings as comparison
 
 CONTACT = {"contact_stiffness_ratio": 1e4}
 MODULATION = {"modulation_depth": 0.3}
-MASSES = {"masses": (Mass(()), Mass(()))}
+#: Unlike: the motion of two equal masses sticks in step, and is long to follow.
+MASSES = {"masses": (Mass(()), Mass((("mass_ratio", 0.02),)))}
 #: Quantity -> what it is given with, and its own value.
 VALUES: dict[str, tuple[dict[str, Any], float]] = {
     "mass_ratio": ({}, 0.2),
@@ -193,17 +194,8 @@ def test_every_quantity_is_here() -> None:
 @pytest.mark.parametrize("name", VALUES)
 @pytest.mark.parametrize("consumer", CONSUMERS, ids=lambda consumer: consumer.__name__)
 def test_a_quantity_acts_or_is_refused(consumer: Callable, name: str) -> None:
-    if name not in CONSUMERS[consumer] and (consumer, name) != (orbit, "mass_share"):
-        acts_or_is_refused(consumer, name)
-
-
-@pytest.mark.exhaustive
-def test_a_share_of_the_mass_acts_on_orbits() -> None:
-    """By itself: it compiles orbits of several masses for two runs."""
-    acts_or_is_refused(orbit, "mass_share")
-
-
-def acts_or_is_refused(consumer: Callable, name: str) -> None:
+    if name in CONSUMERS[consumer]:
+        return
     company, value = VALUES[name]
     values = QUIET | company | {name: value}
     found = answer(consumer, values)

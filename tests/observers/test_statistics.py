@@ -64,12 +64,18 @@ def test_of_several_masses_sums_are_those_of_response_and_means_those_of_samples
 ) -> None:
     bodies = {"bodies": [0, 1, 2]}
     ask = {
-        "statistics": {"batches": 9, "above": 1e-3, **bodies},
+        "statistics": {"batches": 8, "above": 1e-3, **bodies},
         "response": {"friction_loss": True},
         "impacts": {"threshold": {"speed": 1e-3}, **bodies},
-        "trajectory": {"samples_per_period": 2000, **bodies},
+        "trajectory": {"samples_per_period": 1000, **bodies},
     }
-    changes = {"restitution": 0.3, "frequency_ratio": 0.5, "clearance": 0.6, "friction": friction}
+    changes = {
+        "restitution": 0.3,
+        "frequency_ratio": 0.5,
+        "clearance": 0.6,
+        "friction": friction,
+        "periods": 3,
+    }
     cube = observed(ask, masses=UNLIKE, **changes)
     assert "body" not in cube.mean_loss.dims
     for found, expected in (
@@ -81,7 +87,7 @@ def test_of_several_masses_sums_are_those_of_response_and_means_those_of_samples
     ):
         assert float(found) == pytest.approx(float(expected), rel=1e-12)
     sampled = cube.isel(instant=np.isnan(cube.trajectory_event.values))
-    assert (sampled.trajectory_mode > 0).sum("instant").min() > 1000
+    assert (sampled.trajectory_mode > 0).sum("instant").min() > 500
     for body, (ratio, clearance) in enumerate([(0.05, 0.3), (0.3, 0.6), (0.3, 0.6)]):
         here, mean = sampled.sel(body=body), cube.sel(body=body)
         u, x = here.trajectory_free_velocity, here.trajectory_displacement
