@@ -54,6 +54,7 @@ def writable(name: str) -> list[tuple["Variable", str]]:
 def _made(kind: "type[Observer]", given: Mapping[str, Any]) -> "Observer":
     """Make an observer; where it is to observe several free masses, one for each."""
     observer = kind(**given)
+    observer.check_together()
     if not observer.bodies or observer.sees_all:
         return observer
     from damper.observers.common.bodies import OfEachBody

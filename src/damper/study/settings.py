@@ -537,7 +537,24 @@ class OrTime:
         return {"anyOf": [handler(core["schema"]), time | {"$comment": "(a time)"}]}  # type: ignore[typeddict-item]
 
 
-def declared_class(name: str, about: str | None, declared: Mapping[str, Setting]) -> Any:
+class ObserverEntry(StrictModel):
+    """Settings of an observer, which the observer itself checks against each other."""
+
+    def check_together(self, mistakes: Mistakes) -> None:
+        try:
+            name = type(self).__module__.rpartition(".")[2]
+            observer_class(name)(**given_settings(self)).check_together()
+        except ValueError as error:
+            message, _, allowed = str(error).partition(": must ")
+            mistakes.add((), message, allowed)
+
+
+def declared_class(
+    name: str,
+    about: str | None,
+    declared: Mapping[str, Setting],
+    base: type[StrictModel] = StrictModel,
+) -> Any:
     """Class of an entry in a study whose settings are declared elsewhere."""
     fields: dict[str, Any] = {}
     for key, setting in declared.items():
@@ -548,14 +565,14 @@ def declared_class(name: str, about: str | None, declared: Mapping[str, Setting]
         else:
             of = Annotated[_type(setting), Unit(setting.units)] if setting.units else _type(setting)
             fields[key] = (Annotated[of, described], ... if setting.stated else setting.default)
-    return create_model(name, __base__=StrictModel, __doc__=about, **fields)
+    return create_model(name, __base__=base, __doc__=about, **fields)
 
 
 @cache
 def observer_settings(name: str) -> type[StrictModel]:
     """Class of an observer's entry in a study, from the settings that the observer declares."""
     declared = observer_class(name)
-    made = declared_class(declared.__name__, declared.__doc__, declared.settings)
+    made = declared_class(declared.__name__, declared.__doc__, declared.settings, ObserverEntry)
     made.__module__ = declared.__module__  # under its name in schemas
     return made
 

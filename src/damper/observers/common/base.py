@@ -82,6 +82,9 @@ class Observer:
             name: s.models for name, s in self.settings.items() if s.models and getattr(self, name)
         }
 
+    def check_together(self) -> None:
+        """Raise ValueError where settings, each in its range, contradict each other."""
+
     @property
     def name(self) -> str:
         """The observer's name, that of its file."""
