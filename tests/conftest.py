@@ -27,7 +27,7 @@ FIRST = (
 #: longer than a few short runs, and the bytes are the same (tests/engine/test_compiled.py). A test
 #: of long runs is marked `compiled`.
 PLAIN = (
-    *("tests/models/", "tests/engine/", "tests/theory/"),
+    *("tests/models/", "tests/engine/", "tests/theory/", "tests/identification/"),
     *(f"tests/observers/test_{name}.py" for name in ("bodies", "decay", "laws", "lyapunov")),
     *(f"tests/observers/test_{name}.py" for name in ("motion", "statistics")),
 )

@@ -11,7 +11,8 @@ Rooms, each importing only those above it:
 - `study`: YAML -> slices -> cubes, `simulate`.
 - `analysis`, `tables`, `figures`: cubes -> numbers, files, plots.
 - `papers`, `verification`, `report`: verdicts, studies that check the engine, the page.
-- `notebook`, `sizing`, `shell`: `run`, the accessor of cubes, `design`, the command `damper`.
+- `notebook`, `sizing`, `identification`, `shell`: `run`, the accessor of cubes, `design`,
+  `identify`, the command `damper`.
 
 Importing damper loads none of these: a name loads what it needs when it is first used.
 """
@@ -30,6 +31,7 @@ HOME = {
     "Noise": "damper.parameters.forcing",
     "Parameters": "damper.parameters",
     "Record": "damper.parameters.forcing",
+    "Recording": "damper.identification.recordings",
     "SIParameters": "damper.parameters",
     "State": "damper.parameters",
     "Structure": "damper.parameters.structure",
@@ -38,6 +40,8 @@ HOME = {
     "continue_orbit": "damper.sweep.orbits.branch",
     "continue_point": "damper.sweep.orbits.point_curve",
     "design": "damper.sizing.answer",
+    "identify": "damper.identification.answer",
+    "read_recording": "damper.identification.recordings",
     "equal_masses": "damper.parameters.masses",
     "events": "damper.sweep.events",
     "periodic_orbit": "damper.sweep.orbits.periodic",

@@ -28,6 +28,15 @@ _SPELLINGS = {
     "s": "s sec secs second seconds",
     "N": "n newton newtons",
     "m/s2": "m/s2 m/s/s ms-2 ms2 mps2 m/sec2 m/sec/sec msec-2",
+    "m": "m metre metres meter meters",
+    "m/s": "m/s ms-1 mps m/sec",
+}
+#: Unit of a column -> its multiples that may be converted, as `_plain` has them.
+_MULTIPLES = {
+    "s": {"ms": 1e-3, "msec": 1e-3, "us": 1e-6, "μs": 1e-6, "min": 60.0},
+    "m": {"mm": 1e-3, "cm": 1e-2, "um": 1e-6, "μm": 1e-6},
+    "m/s": {"mm/s": 1e-3, "cm/s": 1e-2},
+    "m/s2": {"g": 9.80665, "mm/s2": 1e-3, "cm/s2": 1e-2},
 }
 #: Units that may end the head of a column without brackets, such as `time_ms`: of times, of values.
 _TIMES = f"{_SPELLINGS['s']} ms msec us μs usec ns min minutes h hr hours samples"
@@ -50,6 +59,13 @@ class RecordFile:
         Columns of time and value, where there are more than these two.
     delimiter : str, optional
         Separator of the columns; found in the file where it is not given.
+    multiples : bool, default False
+        Whether multiples of the units, such as mm, are converted, and not refused.
+
+    Attributes
+    ----------
+    unit : str
+        Unit of the values where the file gives one, else nothing.
 
     Raises
     ------
@@ -63,14 +79,16 @@ class RecordFile:
         units: tuple[str, str],
         columns: Sequence[str | int] | None = None,
         delimiter: str | None = None,
+        multiples: bool = False,
     ) -> None:
-        self.path, self._columns = path, columns
+        self.path, self._columns, self._multiples = path, columns, multiples
+        self.unit, self._sizes = "", [1.0, 1.0]
         self._data = _text(path)
         self._separator, self._decimal = delimiter or "", "."
         self._head: list[str] = []
         self._head_line = self._skipped = 0
         self._find_layout()
-        self._places = [self._place(*each) for each in zip(columns or (0, 1), units, strict=True)]
+        self._places = [self._place(k, (columns or (0, 1))[k], units[k]) for k in (0, 1)]
 
     @property
     def found(self) -> str:
@@ -116,7 +134,7 @@ class RecordFile:
                 self._check(*row)
                 raise ValueError(f"{self.path}: not a table of numbers: {error}") from None
         self._find_decimal()
-        return table[:, 0], table[:, 1]
+        return self._sizes[0] * table[:, 0], self._sizes[1] * table[:, 1]
 
     def line_of(self, sample: int) -> int:
         """Return the number of the line with a sample."""
@@ -168,8 +186,8 @@ class RecordFile:
             if number < lines[0][0] and len(cells) == len(first) > 1 and known.issuperset(found):
                 self._head, self._head_line = cells, number
 
-    def _place(self, column: str | int, unit: str) -> int:
-        """Return the number of a column, whose unit is checked."""
+    def _place(self, which: int, column: str | int, unit: str) -> int:
+        """Return the number of a column, of time (0) or value, whose unit is checked."""
         if isinstance(column, str):
             names = [split_unit(head, unit)[0] for head in self._head]
             if column not in {*names, *self._head}:
@@ -177,10 +195,15 @@ class RecordFile:
             column = (names if column in names else self._head).index(column)
         if 0 <= column < len(self._head):
             name, found = split_unit(self._head[column], unit)
-            if found and _plain(found) not in _SPELLINGS[unit].split():
+            others = _MULTIPLES.get(unit, {}) if self._multiples else {}
+            if found and which:
+                self.unit = unit
+            if _plain(found) in others:
+                self._sizes[which] = others[_plain(found)]
+            elif found and _plain(found) not in _SPELLINGS[unit].split():
                 raise ValueError(
                     f"{self.path}, line {self._head_line}: {name} is in {found}: must be in "
-                    f"{unit}, or without unit"
+                    f"{', '.join([unit, *others])}, or without unit"
                 )
         return column
 

@@ -33,6 +33,7 @@ def main() -> None:
     damper events --mass-ratio 0.1 --damping-ratio 0.05 --frequency-ratio 0.2 \\
                   --clearance 0.25 --restitution 0.6 --until 60
     damper design machine.yaml
+    damper identify decay.csv --free r,d --machine frame.yaml
     damper new my_study
     damper check my_study
     """
@@ -215,6 +216,80 @@ def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> 
         click.echo(f"Page: {folder / 'design.html'}")
     if older:
         click.echo(f"Replaced files of an older page: {', '.join(path.name for path in older)}")
+
+
+def _pairs(option: str, given: tuple[str, ...]) -> dict[str, Any]:
+    """Values of NAME=VALUE, or of NAME=LOW:HIGH, by name."""
+    found: dict[str, Any] = {}
+    for text in given:
+        name, _, value = text.partition("=")
+        try:
+            numbers = [float(part) for part in value.split(":")]
+        except ValueError:
+            numbers = []
+        if len(numbers) != (2 if option == "--range" else 1):
+            form = "NAME=LOW:HIGH" if option == "--range" else "NAME=VALUE"
+            raise click.ClickException(f"{option} {text}: must be {form}")
+        found[name] = numbers if option == "--range" else numbers[0]
+    return found
+
+
+@main.command()
+@click.argument("records", nargs=-1, type=click.Path())
+@click.option("--free", required=True, help="Names of the unknowns, with commas between them.")
+@click.option("--machine", type=click.Path(), help="YAML file with what is known.")
+@click.option(
+    "--kind",
+    default="displacement",
+    show_default=True,
+    help="What the records are: displacement, velocity, acceleration, peaks, impacts, intervals.",
+)
+@click.option("--known", multiple=True, metavar="NAME=VALUE", help="A quantity that is known.")
+@click.option("--start", multiple=True, metavar="NAME=VALUE", help="Where an unknown starts.")
+@click.option("--range", "span", multiple=True, metavar="NAME=LOW:HIGH", help="An unknown's range.")
+@click.option("--output", type=click.Path(), metavar="DIRECTORY", help="Write the page here.")
+def identify(
+    records: tuple[str, ...],
+    free: str,
+    machine: str | None,
+    kind: str,
+    known: tuple[str, ...],
+    start: tuple[str, ...],
+    span: tuple[str, ...],
+    output: str | None,
+) -> None:
+    """Find unknown quantities of a damper in RECORDS of it.
+
+    RECORDS are CSV, MATLAB or WAV files of one kind; others, and what is known of each, stand in
+    the machine's file under `records`. With --output a page, its figure, CSV files and studies are
+    written.
+
+    \b
+    damper identify decay.csv --free r,d,friction --machine frame.yaml
+    damper identify clicks.wav --kind impacts --free r,d --machine frame.yaml --output found
+    """
+    from damper.identification.page import FILES
+    from damper.sizing.page import prepare
+    from damper.study.yaml_file import ConfigError
+
+    try:
+        if output:
+            prepare(Path(output), [machine, *records], FILES)
+        found = damper.identify(
+            records,
+            [name.strip() for name in free.split(",")],
+            machine,
+            kind=kind,
+            starts=_pairs("--start", start),
+            ranges=_pairs("--range", span),
+            **_pairs("--known", known),
+        )
+        click.echo(repr(found))
+        if output:
+            found.save(output)
+            click.echo(f"Page: {Path(output, 'identification.html')}")
+    except (ValueError, TypeError, OSError, ConfigError) as error:
+        raise click.ClickException(str(error)) from None
 
 
 @main.command()

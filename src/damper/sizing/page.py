@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -54,14 +54,18 @@ _FILES = (
 )
 
 
-def prepare(folder: Path, read: Iterable[str | Path | None]) -> list[Path]:
+def prepare(
+    folder: Path, read: Iterable[str | Path | None], files: Sequence[str] = _FILES
+) -> list[Path]:
     """Make a folder for a page, and return the files in it of an older one.
 
     Parameters
     ----------
     folder : Path
     read : iterable of path or None
-        Files that the design reads.
+        Files that the answer reads.
+    files : sequence of str
+        Files of the page; its Markdown names its studies.
 
     Raises
     ------
@@ -80,17 +84,17 @@ def prepare(folder: Path, read: Iterable[str | Path | None]) -> list[Path]:
             "for a new one"
         ) from None
     inputs = {Path(path).resolve() for path in read if path is not None}
-    for path in (*(folder / name for name in _FILES), *studies.glob("*.yaml")):
+    for path in (*(folder / name for name in files), *studies.glob("*.yaml")):
         if path.is_dir():
             raise ValueError(f"output = {folder}: {path} is a folder: must be free for a file")
         if path.resolve() in inputs:
             raise ValueError(
                 f"output = {folder}: {path} is read, and would be replaced: must be another folder"
             )
-    page = folder / "design.md"
+    page = next(folder / name for name in files if name.endswith(".md"))
     text = page.read_text("utf-8", errors="replace") if page.exists() else ""
     named = sorted(set(re.findall(r"studies/[\w-]+\.yaml", text)))
-    return [path for name in (*_FILES, *named) if (path := folder / name).exists()]
+    return [path for name in (*files, *named) if (path := folder / name).exists()]
 
 
 def write(design: Design, folder: Path) -> None:
@@ -123,7 +127,7 @@ def write(design: Design, folder: Path) -> None:
     data = pd.DataFrame(numbers, columns=["name", "value", "unit", "meaning"])
     table = Table(f"{design.machine.title}: its impact damper", data, list(_body(design)))
     table.save(folder / "numbers.csv", folder / "design.md")
-    texts["design.html"] = _page(table, folder)
+    texts["design.html"] = html_of(table, folder)
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
 
@@ -154,7 +158,7 @@ def _body(design: Design) -> Iterator[str | pd.DataFrame]:
         yield f"Sizes are rounded as far as the answer changes by {100.0 * ROUNDING:g} % at most."
 
 
-def _page(table: Table, folder: Path) -> str:
+def html_of(table: Table, folder: Path) -> str:
     """Return the page as HTML that contains its figures."""
     parts = []
     for part in table.body:

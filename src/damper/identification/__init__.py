@@ -1,0 +1,1 @@
+"""Unknown quantities of a damper from what was recorded of it: `damper.identify`."""

@@ -1,0 +1,367 @@
+"""`damper.identify`: unknown quantities of a damper, and how sure they are."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from damper.engine.compiled import plain
+from damper.identification.fit import Fit, Fitter
+from damper.identification.problem import OF_RECORD, RecordedDamper
+from damper.identification.recordings import KINDS, Recording, read_recording
+from damper.parameters import Parameters, SIParameters
+from damper.parameters.files import path_of
+from damper.parameters.forcing import forcing_of
+from damper.parameters.lazy import pd
+from damper.parameters.names import unknown_name
+from damper.sizing.words import text_of
+from damper.study.yaml_file import read_yaml
+
+#: Part of all dampers that an interval is to hold.
+_CONFIDENCE = 0.95
+#: Autocorrelation of a residual, in standard errors, from which on it is no white noise.
+_WHITE = 4.0
+#: Half of an interval over the value from which on the data do not determine it.
+_VAGUE = 0.5
+#: Part of an allowed range within which a value is at its end.
+_AT_END = 1e-4
+#: Errors of a profile's points.
+_PROFILE = (-2.0, 2.0)
+#: Samples in a period of the primary, below which a record is coarse.
+_COARSE = 10.0
+#: Free motion, where the machine says no more.
+_FREE: Mapping[bool, Mapping[str, Any]] = {
+    True: {"forcing": "none", "force_amplitude": 0.0, "forcing_frequency": math.tau},
+    False: {"forcing": "none", "frequency_ratio": 1.0},
+}
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class Identification:
+    """What records say about a damper; made by `identify`."""
+
+    title: str
+    values: pd.DataFrame
+    """`quantity`, `value`, `unit`, the ends `low` and `high` of its 95 % interval, and
+    `standard_error` by the covariance, a row each."""
+    parameters: Parameters | SIParameters
+    """The damper with these values."""
+    correlation: pd.DataFrame
+    profile: pd.DataFrame
+    """Least `sum_of_squares`, over its least value, where one quantity has another `value`."""
+    motion: pd.DataFrame
+    """`record`, `time`, `measured`, `computed` and `residual`."""
+    impacts: pd.DataFrame
+    """`record`, `time`, `side` and `approach_speed` of the computed impacts."""
+    records: tuple[Recording, ...]
+    rms: Mapping[str, float]
+    """Rms of the residual of each record, with its degrees of freedom."""
+    warnings: tuple[str, ...]
+    """What the data cannot tell, and what is wrong with the fit."""
+    assumed: tuple[str, ...]
+    studies: Mapping[str, dict[str, Any]]
+    """Studies that run the result, a record each."""
+
+    def __getitem__(self, name: str) -> float:
+        """Value of a quantity."""
+        rows = self.values.set_index("quantity").value
+        if name not in rows:
+            raise unknown_name("quantity", name, rows.index)
+        return float(rows[name])
+
+    def interval(self, name: str) -> tuple[float, float]:
+        """Ends of the 95 % interval of a quantity."""
+        self[name]
+        row = self.values.set_index("quantity").loc[name]
+        return float(row.low), float(row.high)
+
+    @property
+    def lines(self) -> list[tuple[str, str, str]]:
+        """Quantity, value and interval, in words."""
+        found = []
+        for row in self.values.itertuples():
+            half = 0.5 * (row.high - row.low)
+            digits = 3
+            if 0.0 < half < math.inf and row.value:
+                digits = min(max(math.ceil(math.log10(abs(row.value) / half)) + 2, 2), 12)
+            ends = [text_of(end, row.unit, digits) for end in (row.low, row.high)]
+            found.append((row.quantity, text_of(row.value, row.unit, digits), " to ".join(ends)))
+        return found
+
+    def __repr__(self) -> str:
+        shown = pd.DataFrame(self.lines, columns=["quantity", "value", "95 % interval"])
+        noise = ", ".join(f"{label}: rms residual {rms:.3g}" for label, rms in self.rms.items())
+        body = [f"! {text}" for text in self.warnings] + [shown.to_string(index=False), noise]
+        return "\n".join([self.title, *body, *(f"- {text}" for text in self.assumed)])
+
+    def save(self, folder: str | os.PathLike[str]) -> None:
+        """Write the page (HTML, Markdown), figure, CSV files and studies into a folder.
+
+        The files of an older page there are deleted first. ValueError where the folder cannot be
+        written.
+        """
+        from damper.identification.page import write
+
+        write(self, Path(path_of(folder, "folder", "folder")))
+
+
+@plain
+def identify(
+    records: Any,
+    free: Sequence[str],
+    machine: Any = None,
+    *,
+    kind: str = "displacement",
+    starts: Mapping[str, float] | None = None,
+    ranges: Mapping[str, Sequence[float]] | None = None,
+    **known: Any,
+) -> Identification:
+    """Find unknown quantities of a damper by least squares on exact runs.
+
+    The derivatives are the engine's own; by what it has none of, differences, which the answer
+    says. Fits begin from many starts and go from short windows of the records to the whole.
+
+    Parameters
+    ----------
+    records : path, Recording, or sequence of them
+        Files are read by `damper.read_recording` as records of `kind`.
+    free : sequence of str
+        Names of the unknowns: quantities of `damper.Parameters` or `SIParameters`, or their
+        symbols, such as r and d; initial quantities, of each record that does not state them; and
+        `scale`, the factor of a record.
+    machine : path, mapping, Parameters or SIParameters, optional
+        What is known: a YAML file with quantities, `forcing`, and perhaps `starts`, `ranges` and
+        `records` (for each `file` and what `damper.Recording` takes). Without a force it is free
+        motion. The value of an unknown is where it starts.
+    kind : str, default "displacement"
+        Of files, as for `Recording`.
+    starts : mapping of str to float, optional
+        Where unknowns start. They then spread from a third to three times of it.
+    ranges : mapping of str to (lowest, highest), optional
+        Ranges of unknowns.
+    **known
+        Quantities by name, over those of `machine`.
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    ValueError, TypeError
+        With the name, the value and what is allowed.
+
+    Examples
+    --------
+    A ball that falls on a heavy floor; the times between its bounces.
+
+    >>> import damper
+    >>> floor = dict(primary_mass=1e6, stiffness=1e6, damping=0, free_mass=1, gap=10, gravity=9.81)
+    >>> found = damper.identify(
+    ...     damper.Recording([0.8390, 0.7511, 0.6722, 0.6013], kind="intervals"), ["restitution"],
+    ...     floor, initial_position=-1 + 2 * 1.1 / 10)
+    >>> round(found["restitution"], 3)
+    0.892
+    """
+    if not find_spec("scipy"):
+        raise ValueError("scipy is missing: pip install -e '.[fast,workflow]'")
+    known, about = _read(machine, known)
+    starts = {**about.get("starts", {}), **(starts or {})}
+    ranges = {**about.get("ranges", {}), **(ranges or {})}
+    recordings = _recordings(records, about, kind)
+    if isinstance(free, str):
+        raise TypeError(f"free = {free!r}: must be a list of names")
+    si = RecordedDamper.is_si(known)
+    assumed = []
+    if "forcing" not in known and not known.get("force_amplitude"):
+        known = {**_FREE[si], **known}
+        assumed.append("Nothing drives the machine: free motion.")
+    problem = RecordedDamper(known, recordings, list(free), starts, ranges)
+    fitter = Fitter(problem)
+    problem.check(fitter.start(0))
+    return _answer(fitter, fitter.best(), assumed)
+
+
+def _read(machine: Any, known: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return what is known, and what a file says of the records and of starts."""
+    about: dict[str, Any] = {}
+    if isinstance(machine, str | os.PathLike):
+        folder = Path(machine).parent
+        machine = dict(read_yaml(Path(machine)).data)
+        for one in machine.get("records", ()):
+            one["file"] = str(folder / one["file"])
+        about["file"] = str(folder)
+    elif isinstance(machine, Parameters | SIParameters):
+        machine = machine.given
+    elif not isinstance(machine, Mapping | None):
+        raise TypeError(
+            f"machine = {machine!r}: must be a path, a mapping, damper.Parameters or SIParameters"
+        )
+    values = {**(machine or {}), **known}
+    about |= {name: values.pop(name) for name in ("starts", "ranges", "records") if name in values}
+    if isinstance(values.get("forcing"), Mapping):
+        values["forcing"] = forcing_of(values["forcing"])
+    return values, about
+
+
+def _recordings(records: Any, about: Mapping[str, Any], kind: str) -> list[Recording]:
+    given = [records] if isinstance(records, str | os.PathLike | Recording) else list(records or ())
+    found = [one if isinstance(one, Recording) else read_recording(one, kind) for one in given]
+    for one in about.get("records", ()):
+        settings = dict(one)
+        found.append(read_recording(settings.pop("file"), settings.pop("kind", kind), **settings))
+    if not found:
+        raise ValueError("records: must be one file or Recording, or more")
+    labels: dict[str, int] = {}
+    for one in found:
+        labels[one.label] = labels.get(one.label, 0) + 1
+        if labels[one.label] > 1:
+            one.__dict__["label"] = f"{one.label} {labels[one.label]}"
+    return found
+
+
+def _answer(fitter: Fitter, fit: Fit, assumed: list[str]) -> Identification:
+    from scipy.stats import t
+
+    problem, unknowns = fitter.problem, fitter.problem.unknowns
+    errors = np.sqrt(np.diag(fit.covariance))
+    own = [j for j, u in enumerate(unknowns) if u.name not in OF_RECORD]
+    profile = _profile(fitter, fit, [j for j in own if errors[j] < math.inf])
+    # The profile may have found a lower place.
+    cost, point = min(fitter.tried, key=lambda one: one[0])
+    if cost < fit.cost * (1.0 - 1e-6):
+        fit = fitter.exact(fitter.fit(point, 1.0, 40))
+        errors = np.sqrt(np.diag(fit.covariance))
+    low, high = fitter.reach(fit, float(t.ppf(0.5 + 0.5 * _CONFIDENCE, fit.freedom)))
+    labels = [unknown.label for unknown in unknowns]
+    columns = {
+        "quantity": labels,
+        "value": fit.point,
+        "unit": [unknown.unit for unknown in unknowns],
+        "low": low,
+        "high": high,
+        "standard_error": errors,
+    }
+    with np.errstate(invalid="ignore"):
+        correlation = pd.DataFrame(fit.covariance / np.outer(errors, errors), labels, labels)
+    motion, impacts, rms = _compared(problem, fit)
+    values = problem.values_of(fit.point, 0)
+    parameters = problem.start(values, 0.0)[0]
+    if problem.differences:
+        names = ", ".join(sorted(problem.differences))
+        assumed.append(f"Derivatives by {names} are differences of runs.")
+    for record in problem.records:
+        if problem.si and not record.unit:
+            units = " and ".join(dict.fromkeys(("s", KINDS[record.kind][0])))
+            assumed.append(f"{record.label}: no unit is given, so it is in {units}.")
+    return Identification(
+        title=f"{', '.join(r.label for r in problem.records)}: {len(unknowns)} unknowns",
+        values=pd.DataFrame(columns),
+        parameters=parameters,
+        correlation=correlation,
+        profile=profile,
+        motion=motion,
+        impacts=impacts,
+        records=tuple(problem.records),
+        rms=rms,
+        warnings=tuple(_warnings(fitter, fit, low, high)),
+        assumed=tuple(assumed),
+        studies={f"record_{k}": _study(problem, fit, k) for k in range(len(problem.records))},
+    )
+
+
+def _profile(fitter: Fitter, fit: Fit, which: Sequence[int]) -> pd.DataFrame:
+    """Least sums of squares beside the fit, of each quantity."""
+    rows = []
+    for j in which:
+        label = fitter.problem.unknowns[j].label
+        for way in _PROFILE:
+            other = fitter.profile(fit, j, way)
+            rows.append((label, other.point[j], other.cost / (fit.cost or 1.0)))
+    return pd.DataFrame(rows, columns=["quantity", "value", "sum_of_squares"])
+
+
+def _compared(
+    problem: RecordedDamper, fit: Fit
+) -> tuple[pd.DataFrame, pd.DataFrame, dict[str, float]]:
+    """Records and the computed ones, the impacts, and rms of each residual."""
+    frames, impacts, rms = [], [], {}
+    for k, record in enumerate(problem.records):
+        computed = problem.computed(fit.point, k, len(record.times), False)[0]
+        residual = record.values - computed
+        numbered = record.kind == "intervals"
+        table = {
+            "record": record.label,
+            "time": np.cumsum(record.times) if numbered else record.times,
+            "measured": record.values,
+            "computed": computed,
+            "residual": residual,
+        }
+        frames.append(pd.DataFrame(table))
+        end = float(table["time"][-1]) * (1.35 if numbered else 1.0)
+        motion, _ = problem.run(fit.point, k, end, False)
+        rows = pd.DataFrame(motion.impacts, columns=["time", "side", "approach_speed"])
+        rows.insert(0, "record", record.label)
+        impacts.append(rows)
+        share = fit.freedom / (fit.freedom + len(fit.point))
+        rms[record.label] = math.sqrt(float(np.nanmean(residual**2)) / share)
+    return pd.concat(frames), pd.concat(impacts), rms
+
+
+def _warnings(fitter: Fitter, fit: Fit, low: np.ndarray, high: np.ndarray) -> Iterator[str]:
+    """What the data cannot tell, and what is wrong."""
+    problem, unknowns = fitter.problem, fitter.problem.unknowns
+    own = [j for j, unknown in enumerate(unknowns) if unknown.name not in OF_RECORD]
+    own += [j for j, unknown in enumerate(unknowns) if unknown.name == "scale"]
+    for value, which in fit.confused:
+        names = [unknowns[j].label for j in which if j in own]
+        if len(names) > 1:
+            how = "cannot" if value < 1e-6 else "hardly"
+            yield f"The data {how} tell {' and '.join(names)} apart: only a combination of them."
+    for j in own:
+        unknown, value = unknowns[j], float(fit.point[j])
+        if unknown.record is None and not high[j] - low[j] <= 2.0 * _VAGUE * abs(value):
+            yield f"The data do not determine {unknown.label}."
+        least, most = unknown.allowed
+        near = _AT_END * (most - least if most < math.inf else unknown.starts[1])
+        if value - least < near or most - value < near:
+            yield f"{unknown.label} = {value:.4g} is at the end of its range."
+    if not fit.converged:
+        yield "The fit has not converged: its intervals are no more than a hint."
+    if fit.autocorrelation() > _WHITE:
+        yield (
+            "The residual is no white noise: the machine has more than this model, or the fit is "
+            "not the best one. The intervals are too narrow."
+        )
+    elif fit.variance > 4.0 * fitter.least:
+        yield "A part of the records fits much better than the whole: the model may lack something."
+    for record in problem.records:
+        if record.is_sampled and record.step * problem.rate * _COARSE > math.tau:
+            yield f"{record.label}: fewer than {_COARSE:g} samples in a period of the machine."
+
+
+def _study(problem: RecordedDamper, fit: Fit, k: int) -> dict[str, Any]:
+    """The study that runs a record's damper."""
+    record, values = problem.records[k], problem.values_of(fit.point, k)
+    parameters, _ = problem.start(values, 0.0)
+    force = values.pop("forcing", None)
+    masses = values.pop("masses", None)
+    span = float(record.times.sum() if record.kind == "intervals" else np.ptp(record.times))
+    study: dict[str, Any] = {
+        "title": f"{record.label}: as identified",
+        "source": "identified by damper.identify",
+        "parameters": {name: float(value) for name, value in values.items()},
+        "transient": 0,
+        "periods": max(math.ceil(span / parameters.cycle), 1),
+        "observers": {"trajectory": {"samples_per_period": 200}, "bursts": {}},
+    }
+    if force is not None:
+        study["forcing"] = dict(parameters.forcing.settings)
+    return study | ({"masses": masses} if masses else {})

@@ -1,0 +1,305 @@
+"""Least squares: from many starts, and from short windows of the records to the whole."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from damper.identification.problem import OF_RECORD, RecordedDamper
+
+#: Parts of the records that are fitted, one after the other.
+_PARTS = (0.125, 0.19, 0.28, 0.42, 0.65, 1.0)
+#: Starts that are tried; how many of them, or of points around the best ones, are fitted in the
+#: first window and in later ones; points around; looks around the last fit.
+_STARTS, _FIRST, _KEPT, _DRAWS, _LOOKS = 60, 5, 2, 20, 3
+#: Steps of a fit in a window, of one of the whole, of the last one and of one in a profile.
+_IN_WINDOW, _WHOLE, _LAST, _NEAR = 5, 8, 30, 2
+#: Longest window in which all starts are tried again.
+_SHORT = 0.25
+#: Rounds of starts at most, where a residual is not white or much larger than in a window.
+_ROUNDS = 3
+_WHITE, _LARGER = 4.0, 4.0
+#: Degrees of freedom from which on the variance of a window says something.
+_TELLING = 8
+#: Standard errors of the sum of squares by which a point that goes on may exceed the best one.
+_HOPELESS = 6.0
+#: Decrease of the sum of squares, over the noise, at which a fit ends: in windows and at last. The
+#: unknowns then are within the root of it, in standard errors.
+_ROUGH, _FINE = 0.5, 1e-3
+#: Points nearer than this part of their ranges are one start.
+_SAME = 0.05
+#: Singular value, over the largest one, below which data say nothing, or hardly anything.
+_NOTHING, _HARDLY = 1e-7, 0.04
+#: Variance below which there is no noise.
+_TINY = 1e-24
+#: Part of a combination that is named.
+_NAMED = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A point with the least sum of squares, and what the data say about it."""
+
+    problem: RecordedDamper
+    point: np.ndarray
+    residuals: np.ndarray
+    jacobian: np.ndarray
+    converged: bool
+
+    @property
+    def cost(self) -> float:
+        """Sum of squares over the noise."""
+        return float(self.residuals @ self.residuals)
+
+    @cached_property
+    def freedom(self) -> int:
+        """Data that count, less the unknowns."""
+        return max(int(np.count_nonzero(self.residuals)) - len(self.point), 1)
+
+    @property
+    def variance(self) -> float:
+        """Variance of the residual, over the noise."""
+        return self.cost / self.freedom
+
+    @cached_property
+    def _directions(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Sizes of the jacobian's columns, singular values without these, and directions."""
+        sizes = np.linalg.norm(self.jacobian, axis=0)
+        sizes[sizes == 0.0] = 1.0
+        _, values, rows = np.linalg.svd(self.jacobian / sizes, full_matrices=False)
+        return sizes, values, rows
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """Covariance of the unknowns; infinite variance of what the data say nothing about."""
+        sizes, values, rows = self._directions
+        told = values > _NOTHING * values[0]
+        part = rows[told].T / values[told]
+        found = self.variance * (part @ part.T) / np.outer(sizes, sizes)
+        lost = (abs(rows[~told]) > 1e-3).any(axis=0)
+        found[lost, lost] = math.inf
+        return found
+
+    @property
+    def confused(self) -> list[tuple[float, list[int]]]:
+        """Singular value and unknowns of each combination that the data hardly tell apart."""
+        _, values, rows = self._directions
+        found = []
+        for value, row in zip(values / values[0], rows, strict=True):
+            if value < _HARDLY:
+                found.append((float(value), np.flatnonzero(abs(row) > _NAMED).tolist()))
+        return found
+
+    def autocorrelation(self) -> float:
+        """Largest correlation of neighbours in the residual of a record, in standard errors."""
+        begin, most = 0, 0.0
+        for record in self.problem.records:
+            some = self.residuals[begin : begin + len(record.times)]
+            begin += len(record.times)
+            some = some[some != 0.0]
+            if len(some) > 3 and (power := float(some @ some)):
+                most = max(most, float(some[1:] @ some[:-1]) / power * math.sqrt(len(some)))
+        return most
+
+
+class Fitter:
+    """Finds the best point of a problem."""
+
+    def __init__(self, problem: RecordedDamper) -> None:
+        self.problem = problem
+        unknowns = problem.unknowns
+        self.bounds = tuple(np.array([u.allowed[k] for u in unknowns]) for k in (0, 1))
+        starts = tuple(np.array([u.starts[k] for u in unknowns]) for k in (0, 1))
+        spread = starts[0] < starts[1]
+        #: Bounds in windows, which tell some unknowns hardly.
+        self.narrow = tuple(
+            np.where(spread, *pair) for pair in zip(starts, self.bounds, strict=True)
+        )
+        self.widths = np.where(spread, starts[1] - starts[0], 1.0)
+        self.linear = [
+            j for j, u in enumerate(unknowns) if u.name in OF_RECORD and u.name != "scale"
+        ]
+        self.count = sum(len(record.times) for record in problem.records)
+        enough = [part for part in _PARTS[:-1] if part * self.count >= 2 + len(unknowns)]
+        self.parts = (*enough, 1.0)
+        self.generator = random.Random(0)
+        #: Least variance of a window.
+        self.least = math.inf
+        #: Sum of squares and point of all that was tried on the whole records.
+        self.tried: list[tuple[float, np.ndarray]] = []
+
+    def best(self) -> Fit:
+        """Return the best fit of all starts; more of them where its residual is suspicious."""
+        best = self._round(0)
+        for number in range(1, _ROUNDS):
+            if best.autocorrelation() < _WHITE and best.variance <= _LARGER * self.least:
+                break
+            best = min(best, self._round(number), key=lambda fit: fit.cost)
+        best = self._weighed(best)
+        return self.exact(self.fit(best.point, 1.0, _LAST))
+
+    def exact(self, fit: Fit) -> Fit:
+        """Return a fit with derivatives as good as the motion, which tell what data cannot."""
+        self.problem.fine = True
+        _, jacobian = self.problem.residuals(fit.point, 1.0, True)
+        self.problem.fine = False
+        return replace(fit, jacobian=jacobian)
+
+    def _weighed(self, fit: Fit) -> Fit:
+        """Return the fit with the noise of each kind of record as found."""
+        records, problem = self.problem.records, self.problem
+        for _ in range(3 if len({record.kind for record in records}) > 1 else 0):
+            begin = 0
+            sums: dict[str, list[np.ndarray]] = {}
+            for k, record in enumerate(records):
+                some = fit.residuals[begin : begin + len(record.times)] * problem.noise[k]
+                begin += len(record.times)
+                if record.noise is None:
+                    sums.setdefault(record.kind, []).append(some[some != 0.0])
+            share = fit.freedom / (fit.freedom + len(fit.point))
+            for k, record in enumerate(records):
+                if record.noise is None and (found := np.concatenate(sums[record.kind])).size:
+                    size = math.sqrt(float(found @ found) / found.size / share)
+                    problem.noise[k] = size or problem.noise[k]
+            fit = self.fit(fit.point, 1.0, _WHOLE)
+        return fit
+
+    def _round(self, number: int) -> Fit:
+        """Fit the best starts of a round, from short windows to the whole."""
+        starts = [self.start(k) for k in range(number * _STARTS, (number + 1) * _STARTS)]
+        points, count = starts, _FIRST
+        for part in self.parts:
+            steps = _IN_WINDOW if part < 1.0 else _WHOLE
+            fits = [self.fit(point, part, steps) for point in self._best_of(points, part)[:count]]
+            fits.sort(key=lambda fit: fit.cost)
+            spread = math.sqrt(2.0 / len(fits[0].residuals))
+            most = (1.0 + _HOPELESS * spread) * fits[0].cost
+            chosen = self._different([fit.point for fit in fits if fit.cost <= most])[:2]
+            fits = [fit for fit in fits if any(fit.point is point for point in chosen)]
+            if fits[0].freedom >= _TELLING:
+                self.least = min(self.least, fits[0].variance)
+            points = [point for fit in fits for point in self._around(fit)]
+            points += starts if part < _SHORT else []
+            count = _KEPT
+        best = fits[0]
+        # The order of impacts makes the sum of squares rugged: look around for a lower place.
+        for _ in range(_LOOKS):
+            before = best.cost
+            for point in self._best_of(list(self._around(best)), 1.0)[:1]:
+                best = min(best, self.fit(point, 1.0, _WHOLE), key=lambda fit: fit.cost)
+            if best.cost > before * (1.0 - 0.2 / self.count):
+                break
+        return best
+
+    def _best_of(self, points: list[np.ndarray], part: float) -> list[np.ndarray]:
+        """Different points, the best one first."""
+        scored = sorted((self._scored(point, part) for point in points), key=lambda one: one[0])
+        return self._different([point for _, point in scored])
+
+    def _around(self, fit: Fit) -> Iterator[np.ndarray]:
+        """A fit's point, and points that the data hardly tell from it."""
+        yield fit.point
+        information = fit.jacobian.T @ fit.jacobian / max(fit.variance, _TINY)
+        values, rows = np.linalg.eigh(information + np.diag(self.widths**-2.0))
+        for k in range(_DRAWS):
+            drawn = np.array([self.generator.gauss(0.0, 3.0 ** (k % 3)) for _ in fit.point])
+            yield np.clip(fit.point + rows @ (drawn / np.sqrt(values)), *self.narrow)
+
+    def start(self, k: int) -> np.ndarray:
+        """The start with a number: the values that are given or found, then spread evenly."""
+        found = []
+        for j, unknown in enumerate(self.problem.unknowns):
+            part = (0.5 + k * _step(j, len(self.problem.unknowns))) % 1.0
+            given = unknown.value is not None and k == 0
+            found.append(unknown.value if given else unknown.at(part))
+        return np.clip(np.array(found, float), *self.narrow)
+
+    def _scored(self, point: np.ndarray, part: float) -> tuple[float, np.ndarray]:
+        """Sum of squares in a window with the best constants of the records, and that point."""
+        residuals, columns = self.problem.residuals(point, part)
+        if self.linear:
+            step = np.linalg.lstsq(columns[:, self.linear], -residuals, rcond=None)[0]
+            point = point.copy()
+            point[self.linear] += step
+            residuals = residuals + columns[:, self.linear] @ step
+        cost = float(residuals @ residuals)
+        if part == 1.0:
+            self.tried.append((cost, point))
+        return cost, point
+
+    def _different(self, points: list[np.ndarray]) -> list[np.ndarray]:
+        kept: list[np.ndarray] = []
+        for point in points:
+            if all(abs((point - other) / self.widths).max() > _SAME for other in kept):
+                kept.append(point)
+        return kept
+
+    def fit(self, point: np.ndarray, part: float, steps: int, fixed: int | None = None) -> Fit:
+        """Least squares of a part of the records, from a point; one unknown may be fixed."""
+        from scipy.optimize import least_squares
+
+        free = [j for j in range(len(point)) if j != fixed]
+        if not free:
+            residuals, jacobian = self.problem.residuals(point, part)
+            return Fit(self.problem, point, residuals, jacobian, True)
+        low, high = (b[free] for b in (self.bounds if part == 1.0 else self.narrow))
+
+        def whole(some: np.ndarray) -> np.ndarray:
+            full = point.copy()
+            full[free] = some
+            return full
+
+        room = np.where(np.isfinite(high - low), 1e-9 * (high - low), 1e-12)
+        begin = np.clip(point[free], low + room, high - room)
+        found = least_squares(
+            lambda some: self.problem.residuals(whole(some), part)[0],
+            begin,
+            lambda some: self.problem.residuals(whole(some), part, True)[1][:, free],
+            (low, high),
+            x_scale="jac",
+            max_nfev=steps,
+            ftol=(_FINE if part == 1.0 else _ROUGH) / self.count,
+            xtol=1e-10,
+            gtol=None,
+        )
+        jacobian = found.jac
+        if fixed is not None:
+            jacobian = np.insert(jacobian, fixed, 0.0, axis=1)
+        fit = Fit(self.problem, whole(found.x), found.fun, jacobian, found.status > 0)
+        if part == 1.0:
+            self.tried.append((fit.cost, fit.point))
+        return fit
+
+    def profile(self, fit: Fit, j: int, way: float) -> Fit:
+        """Fit of the other unknowns where one is off by `way` standard errors."""
+        covariance = fit.covariance
+        point = fit.point + way * covariance[:, j] / math.sqrt(covariance[j, j])
+        return self.fit(np.clip(point, *self.bounds), 1.0, _NEAR, j)
+
+    def reach(self, fit: Fit, errors: float) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest values of the unknowns that are no further than some standard errors.
+
+        By the covariance, and of all points that were tried by their sum of squares, so that other
+        minima and bends count as well.
+        """
+        span = errors * np.sqrt(np.diag(fit.covariance))
+        most = fit.cost + errors**2 * fit.variance
+        near = np.array([point for cost, point in self.tried if cost <= most] + [fit.point])
+        low, high = (
+            np.minimum(fit.point - span, near.min(0)),
+            np.maximum(fit.point + span, near.max(0)),
+        )
+        return np.maximum(low, self.bounds[0]), np.minimum(high, self.bounds[1])
+
+
+def _step(j: int, count: int) -> float:
+    """Step of an even sequence in a cube: powers of the root of x^(n+1) = x + 1."""
+    root = 1.5
+    for _ in range(50):
+        root = (1.0 + root) ** (1.0 / (count + 1))
+    return root ** -(j + 1) % 1.0

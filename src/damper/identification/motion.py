@@ -1,0 +1,382 @@
+"""Exact motion of a run at any time, and its derivatives by unknown quantities.
+
+Values and derivatives come from the engine, at Chebyshev points between the events of a run. The
+polynomials through these points stand for the motion in between, to some 1e-10 of its size.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from damper.engine.forcing import rate_of
+from damper.engine.loop import FINISHED
+from damper.engine.model import read_segment
+from damper.engine.segment import (
+    CAUSE,
+    COLUMNS,
+    DURATION,
+    FLIGHT,
+    IMPACT,
+    MODE,
+    PERIODS,
+    SIDE,
+    SPEED,
+    TIME,
+)
+from damper.engine.trajectory import Trajectory
+from damper.models import check_state
+from damper.models.sensitivity import Stencil, follow_change, model_along, neighbours
+from damper.models.tangent import follow, over_time, require_bounded
+from damper.parameters import Parameters, SIParameters, State
+from damper.parameters.named import rates_of, value_of
+from damper.parameters.units import LENGTH, SI_UNITS
+from damper.parameters.units import SPEED as SPEED_UNIT
+from damper.sweep.orbits.arcs import vector, zero
+
+#: Longest piece between two polynomials, in units of the fastest rate of the motion.
+_PIECE = 12.0
+#: Points of a piece, the fewest, and how many more for each unit of its length: of the motion, to
+#: 1e-9 of its size, and of derivatives, to 1e-5.
+_OF_MOTION, _OF_CHANGES = (8, 1.2), (4, 1.0)
+#: Events of a run at most: beyond these no record has an impact.
+_MOST_EVENTS = 20_000
+
+
+class Direction(NamedTuple):
+    """What a small change of an unknown does: to the start, and along the run."""
+
+    start: np.ndarray
+    """Change of the dimensionless state at the start."""
+    stencil: Stencil | None = None
+    length: float = 0.0
+    """Change of the unit of length over that unit, and below of speed and of the cycle."""
+    speed: float = 0.0
+    cycle: float = 0.0
+
+
+def direction_of(parameters: Parameters | SIParameters, state: State, name: str) -> Direction:
+    """Direction of a quantity of the damper.
+
+    Parameters
+    ----------
+    parameters : Parameters or SIParameters
+    state : State
+        Dimensionless start. In the units of the parameters it stays, and so does the free mass's
+        place between the walls.
+    name : str
+
+    Raises
+    ------
+    ValueError
+        Where the engine has no derivative by this quantity.
+    """
+    rates = rates_of(parameters, name)
+    scaled = {n: rate for n, rate in rates.items() if n not in SI_UNITS}
+    units, damper = parameters.units, parameters.dimensionless
+    length = rates.get(LENGTH, 0.0) / units.length
+    speed = rates.get(SPEED_UNIT, 0.0) / units.speed
+    cycle = 0.0
+    if name in ("frequency_ratio", "forcing_frequency"):
+        cycle = -1.0 / value_of(parameters, name)
+        if state.time:
+            raise ValueError(f"{name}: no derivative, as the run does not begin at time 0")
+    stencil = neighbours(damper, scaled) if scaled else None
+    start = vector(state)
+    places = (start[2::2] - start[0]) / [one.clearance for one in damper.each]
+    change = np.empty_like(start)
+    change[0], change[1] = -length * start[0], -speed * start[1]
+    change[2::2] = change[0] + places * (stencil.clearance if stencil else 0.0)
+    change[3::2] = -speed * start[3::2]
+    return Direction(change, stencil, length, speed, cycle)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A stretch without an event: displacement and velocity at Chebyshev points of time."""
+
+    begin: float
+    end: float
+    motion: np.ndarray
+    """Displacement and velocity, shape (points, 2)."""
+    changes: np.ndarray
+    """Their derivatives by each direction at fewer points, shape (points, 2, directions)."""
+    later: np.ndarray | None
+    """Derivatives of its start, where an impact begins it."""
+
+    def at(self, times: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
+        """As `ComputedMotion.at`, between its begin and end."""
+        places = (2.0 * times - self.begin - self.end) / (self.end - self.begin)
+        found = []
+        for points in (self.motion, self.changes):
+            weights = _between(places, len(points))
+            if order == 2:
+                weights = weights @ _slopes(len(points)) * (2.0 / (self.end - self.begin))
+            found.append(weights @ points[:, 1 if order else 0])
+        return found[0], found[1]
+
+    @property
+    def turns(self) -> list[float]:
+        """Times within it at which the velocity vanishes."""
+        v, found = self.motion[:, 1], []
+        inside = _fitting(len(v)) @ v
+        for k in np.flatnonzero(v[:-1] * v[1:] < 0.0):
+            low, high = _points(len(v))[k : k + 2]
+            place = zero(lambda u: float(chebyshev.chebval(u, inside)), low, high, v[k], v[k + 1])
+            found.append(0.5 * (self.begin + self.end + place * (self.end - self.begin)))
+        return found
+
+
+@dataclass
+class ComputedMotion:
+    """A run from its start to a time: pieces and impacts, in the units of its parameters."""
+
+    pieces: list[Piece] = field(default_factory=list)
+    impacts: list[tuple[float, float, float]] = field(default_factory=list)
+    """Time, side and approach speed of each."""
+    later: list[np.ndarray] = field(default_factory=list)
+    """Derivatives of these times by each direction."""
+
+    def at(self, times: np.ndarray, order: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement, velocity or acceleration (order 0, 1, 2), and their derivatives."""
+        count = self.pieces[0].changes.shape[2]
+        values, changes = np.empty(len(times)), np.empty((len(times), count))
+        ends = np.array([piece.end for piece in self.pieces])
+        which = np.minimum(np.searchsorted(ends, times, "left"), len(ends) - 1)
+        for k in np.unique(which):
+            here = which == k
+            values[here], changes[here] = self.pieces[k].at(times[here], order)
+        return values, changes
+
+    def peaks(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times of the extremes of the displacement, extremes, and their derivatives."""
+        times, values, changes = [], [], []
+        before = None
+        for piece in self.pieces:
+            v = piece.motion[0, 1]
+            # At rest at the start, or turned round by an impact.
+            struck = before is not None and before.motion[-1, 1] * v < 0.0
+            if struck or (before is None and v == 0.0):
+                times.append(piece.begin)
+                values.append(piece.motion[0, 0])
+                moved = 0.0 if piece.later is None else v * piece.later
+                changes.append(piece.changes[0, 0] + moved)
+            for time in piece.turns:
+                (value,), (change,) = piece.at(np.array([time]), 0)
+                times.append(time)
+                values.append(value)
+                changes.append(change)
+            before = piece
+        count = self.pieces[0].changes.shape[2]
+        return np.array(times), np.array(values), np.reshape(changes, (len(times), count))
+
+
+def run_motion(
+    parameters: Parameters | SIParameters,
+    state: State,
+    until: float,
+    directions: Mapping[str, Direction],
+    sampled: bool = True,
+    fine: bool = False,
+) -> ComputedMotion:
+    """Run a damper with what small changes of unknowns do to its motion.
+
+    Parameters
+    ----------
+    parameters : Parameters or SIParameters
+    state : State
+        Dimensionless start.
+    until : float
+        Time to which it runs, in the units of the parameters.
+    directions : mapping of str to Direction
+        By the names of the unknowns.
+    sampled : bool, default True
+        Whether the displacement is asked for, and not the impacts alone.
+    fine : bool, default False
+        Whether derivatives are as good as the motion.
+
+    Raises
+    ------
+    ValueError
+        For a start outside the box, too many events, or where there is no derivative.
+    """
+    damper = parameters.dimensionless
+    check_state(damper, state)
+    trajectory = Trajectory(model_along(damper, directions), state, _MOST_EVENTS)
+    end = trajectory.whole_periods(until / parameters.units.time)
+    rows = np.concatenate([piece.copy() for piece in trajectory.segments(*end)])
+    if trajectory.status != FINISHED:
+        raise ValueError(f"more than {_MOST_EVENTS} events until {until:g}")
+    walk = _Walk(parameters, trajectory, tuple(directions.values()), fine)
+    for row in rows:
+        walk.take(row, sampled)
+    require_bounded(trajectory.model, walk.changes)
+    return walk.motion
+
+
+class _Walk:
+    """Goes along the log of a run, from event to event."""
+
+    def __init__(
+        self,
+        parameters: Parameters | SIParameters,
+        trajectory: Trajectory,
+        directions: Sequence[Direction],
+        fine: bool,
+    ) -> None:
+        self.of_changes = _OF_MOTION if fine else _OF_CHANGES
+        self.units, self.model = parameters.units, trajectory.model
+        self.trajectory, self.directions = trajectory, directions
+        self.several = trajectory.columns > COLUMNS
+        self.changes = np.column_stack(
+            [d.start for d in directions] or [np.empty((len(vector(trajectory.initial)), 0))]
+        )
+        self.shape = self.changes.shape
+        rate = max(1.0, float(rate_of(self.model.free.forcing)))
+        self.rate = max(rate, 2.0 * parameters.dimensionless.damping_ratio)
+        self.length = np.array([d.length for d in directions])
+        self.speed = np.array([d.speed for d in directions])
+        self.cycle = np.array([d.cycle for d in directions])
+        self.begun, self.motion = False, ComputedMotion()
+
+    def take(self, row: np.ndarray, sampled: bool) -> None:
+        """Take changes over a row of the log, and note its motion."""
+        time = (row[PERIODS] * self.trajectory.cycle + row[TIME]) * self.units.time
+        later = None
+        if self.begun and row[CAUSE] == IMPACT:
+            later = self._later(row) + self.cycle * time
+            self.motion.impacts.append((time, row[SIDE], row[SPEED] * self.units.speed))
+            self.motion.later.append(later)
+        duration = float(row[DURATION])
+        if sampled and duration > 0.0:
+            length = duration * self.rate
+            cuts = np.linspace(0.0, duration, math.ceil(length / _PIECE) + 1)
+            length /= len(cuts) - 1
+            of_motion = _spread(cuts, _OF_MOTION[0] + int(_OF_MOTION[1] * length))
+            of_changes = _spread(cuts, self.of_changes[0] + int(self.of_changes[1] * length))
+            changes = self._over(row, of_changes.ravel()).reshape(*of_changes.shape, *self.shape)
+            self._note(time, row, of_motion, changes, later)
+            self.changes = changes[-1, -1]
+        else:
+            self.changes = self._over(row, np.array([duration]))[0]
+        self.begun = True
+
+    def _later(self, row: np.ndarray) -> np.ndarray:
+        """Derivatives of the time of the impact that begins a row."""
+        body = int(row[COLUMNS]) if self.several else 0
+        y = self.changes[2 + 2 * body]
+        moved = np.array(
+            [
+                np.atleast_1d(d.stencil.clearance)[body] if d.stencil else 0.0
+                for d in self.directions
+            ]
+        )
+        late = (row[SIDE] * (self.changes[0] - y) + moved) / row[SPEED]
+        return self.units.time * late  # type: ignore[no-any-return]
+
+    def _over(self, row: np.ndarray, taus: np.ndarray) -> np.ndarray:
+        """Changes at times after the start of a row: shape (times, components, directions)."""
+        found = np.empty((len(taus), *self.changes.shape))
+        if not self.directions:
+            return found
+        together = row[MODE] == FLIGHT and not self.several
+        part = row[None].copy()
+        if together:  # all directions at once; then what the flow itself changes by
+            part[0, DURATION] = 0.0
+            begun = self._each(part, self.changes, self.begun)
+            segment = read_segment(self.model, row)
+            flowing = self._flowing(row)
+            for k, tau in enumerate(taus.tolist()):
+                found[k] = begun
+                over_time(self.model, segment, 0.0, tau, found[k])
+                part[0, DURATION] = tau
+                for j in flowing:
+                    found[k, :, j] += self._own(part, j)
+            return found
+        for k, tau in enumerate(taus.tolist()):
+            part[0, DURATION] = tau
+            found[k] = self._each(part, self.changes, self.begun)
+        return found
+
+    def _flowing(self, row: np.ndarray) -> list[int]:
+        """Directions by which a flight changes from one and the same start."""
+        known = [j for j, d in enumerate(self.directions) if d.stencil is not None]
+        return [j for j in known if self._own(row[None], j).any()]
+
+    def _own(self, part: np.ndarray, j: int) -> np.ndarray:
+        change = np.zeros((len(self.changes), 1))
+        follow_change(self.model, self.directions[j].stencil, part, change, False)
+        return change[:, 0]
+
+    def _each(self, part: np.ndarray, changes: np.ndarray, begun: bool) -> np.ndarray:
+        found = changes.copy()
+        starts = [j for j, d in enumerate(self.directions) if d.stencil is None]
+        for j, d in enumerate(self.directions):
+            if d.stencil is not None:
+                change = np.ascontiguousarray(changes[:, j : j + 1])
+                follow_change(self.model, d.stencil, part, change, begun)
+                found[:, j] = change[:, 0]
+        if starts:
+            deviations = np.ascontiguousarray(changes[:, starts])
+            follow(self.model, part, deviations, begun)
+            found[:, starts] = deviations
+        return found
+
+    def _note(
+        self, time: float, row: np.ndarray, of_motion: np.ndarray, changes: np.ndarray, later: Any
+    ) -> None:
+        """Note displacement and velocity over the pieces of a row, at times and not phases."""
+        units = self.units
+        sizes = np.array([units.length, units.speed])
+        relative = np.array([self.length, self.speed])
+        for taus, each in zip(of_motion, changes, strict=True):
+            motion = self.trajectory.motions_in(row, taus)[:, :2]
+            begin, end = (time + units.time * float(tau) for tau in taus[[0, -1]])
+            places = _points(len(each))
+            weights = _between(places, len(taus))
+            there = weights @ motion
+            here = sizes[:, None] * (each[:, :2] + there[:, :, None] * relative)
+            if self.cycle.any():
+                # The same phase is at another time.
+                rates = weights @ _slopes(len(taus)) @ (motion * sizes) * (2.0 / (end - begin))
+                times = 0.5 * (begin + end + places * (end - begin))
+                here -= rates[:, :, None] * times[:, None, None] * self.cycle
+            self.motion.pieces.append(Piece(begin, end, motion * sizes, here, later))
+            later = None
+
+
+def _spread(cuts: np.ndarray, count: int) -> np.ndarray:
+    """Chebyshev points between each two cuts, a row each; the ends are exact."""
+    found = cuts[:-1, None] + (0.5 + 0.5 * _points(count)) * np.diff(cuts)[:, None]
+    found[:, -1] = cuts[1:]
+    return found
+
+
+def _between(places: np.ndarray, count: int) -> np.ndarray:
+    """Matrix from values at the points to values at places from -1 to 1."""
+    return chebyshev.chebvander(places, count - 1) @ _fitting(count)  # type: ignore[no-any-return]
+
+
+@cache
+def _points(count: int) -> np.ndarray:
+    """Chebyshev points from -1 to 1."""
+    return -np.cos(math.pi * np.arange(count) / (count - 1))
+
+
+@cache
+def _fitting(count: int) -> np.ndarray:
+    """Matrix from values at the points to coefficients."""
+    return np.linalg.inv(chebyshev.chebvander(_points(count), count - 1))
+
+
+@cache
+def _slopes(count: int) -> np.ndarray:
+    """Matrix from values at the points to slopes there."""
+    slopes = chebyshev.chebder(_fitting(count), axis=0)
+    return chebyshev.chebvander(_points(count), count - 2) @ slopes

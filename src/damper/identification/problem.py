@@ -1,0 +1,503 @@
+"""Unknown quantities, and what the records say that a damper with some values of them misses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from damper.identification.motion import ComputedMotion, Direction, direction_of, run_motion
+from damper.identification.recordings import KINDS, SAMPLED, Recording
+from damper.parameters import Parameters, SIParameters, State
+from damper.parameters.dampers import SI_NAME
+from damper.parameters.named import damper_of
+from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
+from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
+from damper.parameters.quantity import Quantity
+from damper.parameters.units import SI_UNITS
+from damper.sweep.points import read_point
+
+#: Unknown parts of a record itself.
+OF_RECORD = {
+    "scale": "factor of the record",
+    "offset": "constant in the record",
+    "trend": "drift of the record in a unit of time",
+    "settling": "what the high-pass had before the record",
+}
+#: Beginnings of the names of quantities of the free mass. Where it is not there, it is as light as
+#: may be, and its walls are as far as this over the motion.
+_OF_BALL = (
+    *("free_mass", "mass", "gap", "clearance", "restitution", "friction", "transverse", "gravity"),
+    *("inclination", "support", "contact", "modulation", "yield", "initial_p", "initial_r"),
+)
+_LIGHT, _FAR = 2e-6, 1e4
+#: Values of starts of a quantity without value or range, and whether they are spread by factors.
+_USUAL = {
+    "restitution": (0.1, 0.95, False),
+    "restitution_left": (0.1, 0.95, False),
+    "damping_ratio": (1e-4, 0.1, True),
+    "mass_ratio": (5e-3, 0.5, True),
+    "friction_coefficient": (0.01, 0.5, True),
+    "initial_position": (-0.95, 0.95, False),
+}
+#: How far starts go from a value that is given, as a factor.
+_FACTOR = 3.0
+#: Part of an allowed range that is kept away from its ends.
+_INSIDE = 1e-6
+#: A run goes on by this part beyond the last impact or peak that is compared.
+_BEYOND = 0.35
+#: Step of differences, as a part of the value.
+_DIFFERENCE = 1e-6
+#: Residual over the noise of what cannot be run.
+_IMPOSSIBLE = 1e3
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """An unknown quantity of the damper, or of one record."""
+
+    name: str
+    record: int | None
+    """Number of the record that it belongs to; None for the damper."""
+    label: str
+    unit: str
+    allowed: tuple[float, float]
+    starts: tuple[float, float]
+    """From where to where starts are spread."""
+    by_factors: bool = False
+    value: float | None = None
+    """The start that is given or found."""
+
+    def at(self, part: float) -> float:
+        """Start at a part, from 0 to 1, of the range of starts."""
+        low, high = self.starts
+        if self.by_factors:
+            return float(low * (high / low) ** part)
+        return float(low + part * (high - low))
+
+
+class RecordedDamper:
+    """Which damper, with which unknowns, made these records.
+
+    Parameters
+    ----------
+    known : mapping of str to value
+        Quantities of the damper and of its start, `forcing` and `masses`.
+    records : sequence of Recording
+    free : sequence of str
+        Names of the unknowns.
+    starts, ranges : mapping
+        Value, and lowest and highest value, of some of them.
+
+    Raises
+    ------
+    ValueError, TypeError
+        With the name, the value and what is allowed.
+    """
+
+    def __init__(
+        self,
+        known: Mapping[str, Any],
+        records: Sequence[Recording],
+        free: Sequence[str],
+        starts: Mapping[str, float],
+        ranges: Mapping[str, Sequence[float]],
+    ) -> None:
+        self.records, self.known = records, dict(known)
+        self.si = self.is_si(known)
+        #: Whether derivatives are as good as the motion.
+        self.fine = False
+        #: Unknowns that the engine has no derivative by.
+        self.differences: set[str] = set()
+        named = {"free": free, "starts": starts, "ranges": ranges}
+        names = {what: [self._name(what, name) for name in given] for what, given in named.items()}
+        self.free = names["free"]
+        if not self.free:
+            raise ValueError("free: must name one unknown quantity or more")
+        for what in ("starts", "ranges"):
+            for name in names[what]:
+                if name not in self.free:
+                    raise ValueError(
+                        f"{what}: {name} is not free: must be one of {', '.join(free)}"
+                    )
+        if len(set(self.free)) < len(self.free):
+            raise ValueError(f"free = {list(free)}: names one quantity twice")
+        if "scale" in self.free and not any(record.is_sampled for record in records):
+            raise ValueError(f"scale is free: must be of a record of {', '.join(SAMPLED)}")
+        self.given = {n: float(v) for n, v in zip(names["starts"], starts.values(), strict=True)}
+        self.ranges = dict(zip(names["ranges"], ranges.values(), strict=True))
+        self._check_units()
+        self.unknowns = list(self._all())
+        self.noise = [record.noise or self._size(record) for record in records]
+
+    @staticmethod
+    def is_si(known: Mapping[str, Any]) -> bool:
+        """Whether quantities are in SI units."""
+        return is_si([name for name in known if name not in ("forcing", "masses")])
+
+    def check(self, point: np.ndarray) -> None:
+        """Raise TypeError or ValueError where no record can be run at all."""
+        for k, record in enumerate(self.records):
+            self.start(self.values_of(point, k), record.begins or 0.0)
+
+    def _name(self, what: str, name: str) -> str:
+        """Return the name of a quantity in the damper's units."""
+        kind = SIParameters if self.si else Parameters
+        allowed = [q.name for q in kind.quantities if not q.whole] + [*INITIAL_NAMES, "scale"]
+        found = name if name in allowed else NAMES_BY_SYMBOL.get(name, name)
+        if found not in allowed and self.si:
+            found = SI_NAME.get(found, found)
+        if found not in allowed:
+            raise unknown_name(f"name in {what}", name, allowed)
+        return found
+
+    def _check_units(self) -> None:
+        for record in self.records:
+            if record.unit and not self.si:
+                raise ValueError(
+                    f"{record.label}: is in {record.unit}, and the damper is dimensionless: must "
+                    "be a damper in SI units (primary_mass, stiffness, ...)"
+                )
+
+    def _size(self, record: Recording) -> float:
+        """Size of what a record shows: its noise before anything is known."""
+        if record.kind in ("impacts", "intervals"):
+            return 0.1 * float(
+                np.mean(np.diff(record.times) if record.kind == "impacts" else record.times)
+            )
+        return 0.1 * float(np.std(record.values)) or 1.0
+
+    # Unknowns.
+
+    def _all(self) -> Any:
+        for name in self.free:
+            if name not in INITIAL_NAMES and name != "scale":
+                yield self._unknown(name, None)
+        for k, record in enumerate(self.records):
+            own = [
+                n for n in self.free if n in INITIAL_NAMES or (n == "scale" and record.is_sampled)
+            ]
+            if not record.ball:
+                own = [n for n in own if n not in ("initial_position", "initial_relative_velocity")]
+            own += [n for n in ("offset", "trend") if getattr(record, n)]
+            own += ["settling"] if record.high_pass else []
+            for name in own:
+                if name not in record.known:
+                    yield self._unknown(name, k)
+
+    def _unknown(self, name: str, k: int | None) -> Unknown:
+        """Return an unknown with its range and its starts."""
+        label = name if k is None or len(self.records) == 1 else f"{name} ({self.records[k].label})"
+        if name in OF_RECORD:
+            unit = KINDS[self.records[k or 0].kind][0] if self.si and name != "scale" else "1"
+            first, span = (1.0, (0.5, 2.0)) if name == "scale" else (0.0, (0.0, 0.0))
+            return Unknown(name, k, label, unit, (-math.inf, math.inf), span, value=first)
+        quantity = self._quantity(name)
+        allowed = self._allowed(name, quantity)
+        value = self.given.get(name)
+        if value is None and k is not None:
+            value = self.records[k].known.get(name)
+        if value is None and name in self.known:
+            value = float(self.known[name])
+        if value is not None and not allowed[0] <= value <= allowed[1]:
+            raise ValueError(
+                f"{name} = {value:g}: starts outside of its range, {allowed[0]:g} to {allowed[1]:g}"
+            )
+        low, high, by_factors = self._span(name, k, value, allowed)
+        low, high = max(low, allowed[0]), min(high, allowed[1])
+        unit = quantity.units if self.si else "1"
+        unit = SI_UNITS.get(unit, unit)
+        return Unknown(name, k, label, unit, allowed, (low, high), by_factors, value)
+
+    def _quantity(self, name: str) -> Quantity:
+        kind = SIParameters if self.si else Parameters
+        return next((q for q in kind.quantities if q.name == name), None) or ALL[name]
+
+    def _allowed(self, name: str, quantity: Quantity) -> tuple[float, float]:
+        low, high = quantity.minimum, quantity.maximum
+        if quantity.above or quantity.below or name == "initial_position":
+            inside = _INSIDE * (high - low if high < math.inf else 1e-6)
+            low, high = low + inside, high - inside
+        if name in self.ranges:
+            try:
+                least, most = map(float, self.ranges[name])
+            except (TypeError, ValueError):
+                raise ValueError(f"ranges: {name} must have a lowest and a highest value") from None
+            if not low <= least < most <= high:
+                raise ValueError(
+                    f"ranges: {name} = {least:g} to {most:g}: must go up within {low:g} to {high:g}"
+                )
+            return least, most
+        return low, high
+
+    def _span(
+        self, name: str, k: int | None, value: float | None, allowed: tuple[float, float]
+    ) -> tuple[float, float, bool]:
+        """Where starts are spread, and whether by factors."""
+        if name in self.ranges:
+            low, high = allowed
+            return low, high, low > 0.0 and high > 10.0 * low
+        if value and name not in INITIAL_NAMES:
+            if allowed[1] == 1.0:
+                return max(value - 0.3, 0.05), min(value + 0.3, 0.97), False
+            return *sorted((value / _FACTOR, value * _FACTOR)), value > 0.0  # type: ignore[return-value]
+        if name in _USUAL:
+            return _USUAL[name]
+        if name in INITIAL_NAMES:
+            size = self._speed_or_size(name, k or 0)
+            value = value if value is not None else self._first(name, k or 0)
+            return value - size, value + size, False
+        if name in ("gap", "clearance") and (size := self._amplitude):
+            return 0.05 * size, 4.0 * size, True
+        if name == "damping" and {"primary_mass", "stiffness"} <= self.known.keys():
+            critical = 2.0 * math.sqrt(self.known["primary_mass"] * self.known["stiffness"])
+            return 1e-4 * critical, 0.1 * critical, True
+        if name == "free_mass" and "primary_mass" in self.known:
+            return 5e-3 * self.known["primary_mass"], 0.5 * self.known["primary_mass"], True
+        if name == "friction" and (size := self._amplitude):
+            return 1e-3 * size, 0.3 * size, True
+        raise ValueError(f"{name} is free: must have a value, a start or a range")
+
+    @cached_property
+    def rate(self) -> float:
+        """Natural frequency of the primary, in rad per unit of time."""
+        k, m = self.known.get("stiffness"), self.known.get("primary_mass")
+        return math.sqrt(float(k) / float(m)) if self.si and k and m else 1.0
+
+    @cached_property
+    def _amplitude(self) -> float:
+        """Size of the displacement; 0 where no record shows it."""
+        for record in self.records:
+            order = {"displacement": 0, "peaks": 0, "velocity": 1, "acceleration": 2}.get(
+                record.kind
+            )
+            if order is not None:
+                values = (
+                    record.values
+                    if record.kind == "peaks"
+                    else record.values - record.values.mean()
+                )
+                return float(abs(values).max()) / self.rate**order
+        return abs(float(self.known.get("initial_displacement", 0.0)))
+
+    def _first(self, name: str, k: int) -> float:
+        """Displacement or velocity with which a record begins, or 0."""
+        record = self.records[k]
+        few = min(len(record.times), max(4, int(0.5 / self.rate / record.step)))
+        if record.kind == "peaks" and name == "initial_displacement":
+            return float(record.values[0])
+        if record.kind != "displacement" or name not in INITIAL_NAMES[:2]:
+            return 0.0
+        degree = min(2, few - 2)
+        fitted = np.polyfit(record.times[:few] - record.begins, record.values[:few], degree)
+        return float(fitted[-1] if name == INITIAL_NAMES[0] else fitted[-2])
+
+    def _speed_or_size(self, name: str, k: int) -> float:
+        """How far starts of an initial quantity are spread."""
+        found = self.records[k].kind == "displacement" and name in INITIAL_NAMES[:2]
+        size = (self._amplitude or 1.0) * (0.1 if found else 1.0)
+        return size * self.rate if name.endswith("velocity") else size
+
+    # Runs.
+
+    def values_of(self, point: np.ndarray, k: int) -> dict[str, Any]:
+        """Values of damper and start, with those of a record, by name."""
+        record = self.records[k]
+        values = self.known | dict(record.known)
+        for unknown, value in zip(self.unknowns, point.tolist(), strict=True):
+            if unknown.name not in OF_RECORD and unknown.record in (None, k):
+                if unknown.record is None and unknown.name in record.known:
+                    continue
+                values[unknown.name] = value
+        return values if record.ball else self._alone(values)
+
+    def _alone(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return values of the machine without its free mass: none that would ever touch it."""
+        made = {name: v for name, v in values.items() if not name.startswith(_OF_BALL)}
+        mass, gap = ("free_mass", "gap") if self.si else ("mass_ratio", "clearance")
+        made[mass] = _LIGHT * made.get("primary_mass", 1.0)
+        return made | {gap: _FAR * (self._amplitude or 1.0), "restitution": 0.5}
+
+    def run(
+        self, point: np.ndarray, k: int, until: float, derivatives: bool
+    ) -> tuple[ComputedMotion, list[int]]:
+        """Motion of a record's run, and the numbers of the unknowns it has derivatives by."""
+        record, values = self.records[k], self.values_of(point, k)
+        parameters, state = self.start(values, record.begins or 0.0)
+        directions: dict[str, Direction] = {}
+        which = []
+        for j, unknown in enumerate(self.unknowns if derivatives else ()):
+            name = unknown.name
+            if name in OF_RECORD or unknown.record not in (None, k):
+                continue
+            absent = not record.ball and name.startswith(_OF_BALL)
+            if unknown.record is None and (name in record.known or absent):
+                continue
+            which.append(j)
+            if name in INITIAL_NAMES:
+                directions[name] = _of_start(parameters, name)
+            else:
+                try:
+                    directions[name] = direction_of(parameters, state, name)
+                except ValueError:
+                    self.differences.add(name)
+                    which.pop()
+        sampled = record.is_sampled or record.kind == "peaks"
+        return run_motion(parameters, state, until, directions, sampled, self.fine), which
+
+    def start(self, values: Mapping[str, Any], begins: float) -> tuple[Any, State]:
+        """Return damper and dimensionless start of values."""
+        parameters = damper_of(values)
+        state = read_point(values).start() or State(0.0, 0.0, 0.0, 0.0)
+        if parameters.dimensionless.model == "several" and not isinstance(state.y, tuple):
+            each = len(parameters.dimensionless.each)
+            state = replace(state, y=(state.y,) * each, u=(state.u,) * each)
+        return parameters, replace(state, time=begins / parameters.units.time)
+
+    # Comparison.
+
+    def residuals(
+        self, point: np.ndarray, part: float = 1.0, derivatives: bool = False
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What the first part of each record has beyond the run, over its noise.
+
+        Returns
+        -------
+        residuals : ndarray (n,)
+        jacobian : ndarray (n, unknowns)
+            Zero unless `derivatives` is set.
+        """
+        found = []
+        for k, record in enumerate(self.records):
+            count = max(math.ceil(part * len(record.times)), 2)
+            try:
+                values, changes = self.computed(point, k, count, derivatives)
+            except ValueError:
+                # No run, such as from outside the box: worse than any.
+                values = record.values[:count] + _IMPOSSIBLE * self.noise[k]
+                changes = np.zeros((count, len(point)))
+            if derivatives and self.differences:
+                self._by_differences(point, k, values, changes)
+            missed = np.nan_to_num(values - record.values[:count])
+            found.append((missed / self.noise[k], changes / self.noise[k]))
+        return np.concatenate([r for r, _ in found]), np.concatenate([j for _, j in found])
+
+    def _by_differences(
+        self, point: np.ndarray, k: int, values: np.ndarray, changes: np.ndarray
+    ) -> None:
+        """Fill in derivatives by what the engine has none of."""
+        for j, unknown in enumerate(self.unknowns):
+            if unknown.name not in self.differences:
+                continue
+            step = _DIFFERENCE * (abs(point[j]) or 1.0)
+            step *= -1.0 if point[j] + step > unknown.allowed[1] else 1.0
+            there = point.copy()
+            there[j] += step
+            with suppress(ValueError):
+                other = self.computed(there, k, len(values), False)[0]
+                changes[:, j] = np.nan_to_num(other - values) / step
+
+    def computed(
+        self, point: np.ndarray, k: int, count: int, derivatives: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What a record's first samples would be; NaN where an impact hides them; derivatives."""
+        record = self.records[k]
+        times, begins = record.times[:count], record.begins or 0.0
+        hidden = np.zeros(count, bool)
+        if record.is_sampled:
+            motion, which = self.run(point, k, float(times[-1]), derivatives)
+            order = SAMPLED.index(record.kind)
+            values, changes = motion.at(times, order)
+            if order:
+                blank = record.blank or 2.0 * record.step
+                for time, _, _ in motion.impacts:
+                    hidden |= abs(times - time) <= blank
+        else:
+            span = float(times.sum() + times.max() if record.kind == "intervals" else times[-1])
+            until = begins + (1.0 + _BEYOND) * (
+                span - (0.0 if record.kind == "intervals" else begins)
+            )
+            motion, which = self.run(point, k, until, derivatives)
+            values, changes = _listed(motion, record, count, until)
+        jacobian = np.zeros((count, len(point)))
+        jacobian[:, which] = changes
+        values, jacobian = self._recorded(point, k, times, values, jacobian)
+        values[hidden], jacobian[hidden] = math.nan, 0.0
+        return values, jacobian
+
+    def _recorded(
+        self, point: np.ndarray, k: int, times: np.ndarray, values: np.ndarray, jacobian: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What the record makes of the motion: filter, scale, offset and trend."""
+        record = self.records[k]
+        own = {
+            u.name: j for j, u in enumerate(self.unknowns) if u.record == k and u.name in OF_RECORD
+        }
+        if record.high_pass:
+            values, jacobian = _filtered(record, values), _filtered(record, jacobian)
+            decay = np.exp(-math.tau * record.high_pass * (times - times[0]))
+            values = values + point[own["settling"]] * decay
+            jacobian[:, own["settling"]] = decay
+        if "scale" in own:
+            jacobian *= point[own["scale"]]
+            jacobian[:, own["scale"]] = values
+            values = values * point[own["scale"]]
+        if "offset" in own:
+            values = values + point[own["offset"]]
+            jacobian[:, own["offset"]] = 1.0
+        if "trend" in own:
+            since = times - 0.5 * (record.times[0] + record.times[-1])
+            values = values + point[own["trend"]] * since
+            jacobian[:, own["trend"]] = since
+        return values, jacobian
+
+
+def _of_start(parameters: Any, name: str) -> Direction:
+    """Direction of an initial quantity."""
+    units, damper = parameters.units, parameters.dimensionless
+    change = np.zeros(2 + 2 * len(damper.each))
+    if name == "initial_displacement":
+        change[0::2] = 1.0 / units.length
+    elif name == "initial_velocity":
+        change[1::2] = 1.0 / units.speed
+    elif name == "initial_position":
+        change[2::2] = [one.clearance for one in damper.each]
+    else:
+        change[3::2] = 1.0 / units.speed
+    return Direction(change)
+
+
+def _listed(
+    motion: ComputedMotion, record: Recording, count: int, until: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The first impacts, times between them, or peaks; those that never come are at the end."""
+    columns = motion.pieces[0].changes.shape[2] if motion.pieces else 0
+    if record.kind == "peaks":
+        _, values, changes = motion.peaks()
+        one_side = (record.values >= 0.0).all()
+        kept = values > 0.0 if one_side else np.ones(len(values), bool)
+        values, changes, late = values[kept], changes[kept], 0.0
+    else:
+        values = np.array([time for time, _, _ in motion.impacts])
+        changes = np.array(motion.later).reshape(len(values), -1)
+        if record.kind == "intervals":
+            values, changes = np.diff(values), np.diff(changes, axis=0)
+        late = until if record.kind == "impacts" else 0.0
+    columns = changes.shape[1] if len(changes) else columns
+    missing = max(count - len(values), 0)
+    values = np.concatenate([values[:count], np.full(missing, late)])
+    return values, np.concatenate([changes[:count], np.zeros((missing, columns))])
+
+
+def _filtered(record: Recording, signals: np.ndarray) -> np.ndarray:
+    """A high-pass of the first order of signals, columns in equal steps; from rest."""
+    from scipy.signal import lfilter
+
+    corner = math.tan(math.pi * (record.high_pass or 0.0) * record.step)
+    gain, back = 1.0 / (1.0 + corner), (1.0 - corner) / (1.0 + corner)
+    return lfilter([gain, -gain], [1.0, -back], signals, axis=0)  # type: ignore[no-any-return]

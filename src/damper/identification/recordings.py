@@ -1,0 +1,297 @@
+"""What was recorded of a damper: motion over time, impacts, or peaks; from arrays and files."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from damper.parameters.files import path_of
+from damper.parameters.names import unknown_name
+from damper.parameters.quantities import ALL
+from damper.parameters.quantity import real
+from damper.parameters.record_file import RecordFile
+
+#: Kind of record -> SI unit of its values, and what it is in words.
+KINDS = {
+    "displacement": ("m", "displacement of the primary over time"),
+    "velocity": ("m/s", "velocity of the primary over time"),
+    "acceleration": ("m/s2", "acceleration of the primary over time"),
+    "peaks": ("m", "extremes of the displacement, in their order, and their times"),
+    "impacts": ("s", "times of the impacts from the start on"),
+    "intervals": ("s", "times between the impacts"),
+}
+#: Kinds that have a value at each of many times.
+SAMPLED = ("displacement", "velocity", "acceleration")
+#: Kinds that have times alone.
+TIMES = ("impacts", "intervals")
+#: Loudness of an impact over that of the record's quiet half, and least part of the loudest one.
+_LOUD, _LEAST = 8.0, 0.05
+#: How far the times of a record with a filter may be from equal steps, over the step.
+_EQUAL = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """One record of a damper, as `damper.identify` takes it.
+
+    Parameters
+    ----------
+    times : sequence of float
+        Times of the samples in s (in units of sqrt(M/K) of a dimensionless damper), increasing. For
+        ``kind="intervals"`` the times between the impacts.
+    values : sequence of float, optional
+        Samples, or peaks.
+    kind : str, default "displacement"
+        "displacement", "velocity" or "acceleration" of the primary; "peaks", its extremes in order
+        (only the upper ones where no value is negative); "impacts", from the start of the run on;
+        "intervals" between impacts.
+    label : str, optional
+        What answers call it.
+    noise : float, optional
+        Standard deviation of its noise. Where it is left out, each kind of record has the one that
+        is found.
+    known : mapping of str to float, optional
+        Quantities of this record alone, such as its `initial_displacement`.
+    ball : bool, default True
+        Whether the free mass was there.
+    offset, trend : bool, optional
+        Whether a constant, and a drift in proportion to time, are unknown parts of the record. An
+        offset is so by itself for samples without a high-pass.
+    high_pass : float, optional
+        Corner frequency, in Hz, of a high-pass of the first order that the record went through.
+    blank : float, optional
+        Time after an impact in which samples of velocity and acceleration do not count; two steps.
+    begins : float, optional
+        Time at which the motion begins; the first sample or peak, or 0 for times of impacts.
+    unit : str, optional
+        Unit that the record's file gives.
+
+    Raises
+    ------
+    ValueError, TypeError
+        With the name, the value and what is allowed.
+    """
+
+    times: Any
+    values: Any = None
+    kind: str = "displacement"
+    label: str = "record"
+    noise: float | None = None
+    known: Mapping[str, float] = field(default_factory=dict)
+    ball: bool = True
+    offset: bool | None = None
+    trend: bool = False
+    high_pass: float | None = None
+    blank: float | None = None
+    begins: float | None = None
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise ValueError(str(unknown_name("kind", self.kind, KINDS)))
+        given = self.__dict__
+        given["times"] = self._column("times", self.times)
+        if self.kind in TIMES:
+            if self.values is not None:
+                raise ValueError(f"{self.label}: {self.kind} have times alone: leave out values")
+            given["values"] = self.times
+        elif self.values is None:
+            raise ValueError(f"{self.label}: values are missing: {self.kind} has times and values")
+        given["values"] = self._column("values", self.values)
+        count, values = len(self.times), len(given["values"])
+        if count != values:
+            raise ValueError(f"{self.label}: {count} times and {values} values: must be as many")
+        back = np.flatnonzero(np.diff(self.times) <= 0.0)
+        if self.kind == "intervals":
+            if (self.times <= 0.0).any():
+                raise ValueError(f"{self.label}: a time between impacts must be > 0")
+        elif back.size:
+            k = int(back[0])
+            raise ValueError(
+                f"{self.label}: time {self.times[k + 1]:g} follows {self.times[k]:g} (sample "
+                f"{k + 1} from 0): times must increase"
+            )
+        for name in ("noise", "high_pass", "blank", "begins"):
+            value = given[name]
+            if value is not None and not (
+                math.isfinite(real(name, value)) and (value > 0.0 or name == "begins")
+            ):
+                raise ValueError(f"{self.label}: {name} = {value!r}: must be a number > 0")
+        for name in self.known:
+            if name not in ALL:
+                raise unknown_name("known quantity", name, ALL)
+        if self.offset is None:
+            given["offset"] = self.is_sampled and self.high_pass is None
+        if (self.trend or self.offset or self.high_pass) and not self.is_sampled:
+            raise ValueError(
+                f"{self.label}: offset, trend and high_pass are of {', '.join(SAMPLED)}, not of "
+                f"{self.kind}"
+            )
+        steps = np.diff(self.times)
+        if self.high_pass and np.ptp(steps) > _EQUAL * steps.mean():
+            raise ValueError(f"{self.label}: high_pass: times must have equal steps")
+        if self.begins is None:
+            given["begins"] = 0.0 if self.kind in TIMES else float(self.times[0])
+        if self.kind != "intervals" and self.times[0] < self.begins:
+            raise ValueError(
+                f"{self.label}: begins = {self.begins:g}: must be <= {self.times[0]:g}, its first "
+                "time"
+            )
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether it has samples over time."""
+        return self.kind in SAMPLED
+
+    @property
+    def step(self) -> float:
+        """Mean step of its times."""
+        return float((self.times[-1] - self.times[0]) / (len(self.times) - 1))
+
+    def _column(self, name: str, given: Any) -> np.ndarray:
+        try:
+            column = np.array(given, dtype=float)
+        except (TypeError, ValueError):
+            raise TypeError(f"{self.label}: {name} must be numbers, not {given!r:.60}") from None
+        if column.ndim != 1 or len(column) < 2:
+            raise ValueError(f"{self.label}: {name} must be a list of two numbers or more")
+        if not np.isfinite(column).all():
+            k = int(np.flatnonzero(~np.isfinite(column))[0])
+            raise ValueError(f"{self.label}: {name}[{k}] = {column[k]}: must be finite")
+        return column
+
+
+def read_recording(
+    path: str | os.PathLike[str],
+    kind: str = "displacement",
+    *,
+    columns: Sequence[str | int] | None = None,
+    delimiter: str | None = None,
+    full_scale: float = 1.0,
+    **about: Any,
+) -> Recording:
+    """Read a record from a CSV, `.mat` or `.wav` file.
+
+    Parameters
+    ----------
+    path : path
+        CSV: columns of time and value, or of times alone; their heads may have units, of which
+        multiples such as ms, mm or g are converted. MATLAB file (up to version 7): two variables.
+        WAV: samples; where `kind` is "impacts", the onsets of sounds in it.
+    kind, **about
+        As `Recording`.
+    columns : two of str or int, optional
+        Columns or variables of time and value, where there are more than these; of a WAV file its
+        channel.
+    delimiter : str, optional
+        What stands between columns.
+    full_scale : float, default 1
+        Value at full scale of a WAV file.
+
+    Raises
+    ------
+    ValueError, OSError
+        With the file, the line, and what is allowed.
+    """
+    path_of(path)
+    about = {"label": Path(path).name} | about
+    if kind not in KINDS:
+        raise ValueError(str(unknown_name("kind", kind, KINDS)))
+    columns = [columns] if isinstance(columns, str | int) else columns
+    suffix = Path(path).suffix.lower()
+    if suffix == ".wav":
+        rate, samples = _wave(path, columns, full_scale)
+        if kind == "impacts":
+            return Recording(onsets(samples, rate), kind=kind, **about)
+        return Recording(np.arange(len(samples)) / rate, samples, kind, **about)
+    if suffix == ".mat":
+        times, values = _matlab(path, columns, kind in TIMES)
+        return Recording(times, None if kind in TIMES else values, kind, **about)
+    unit = KINDS[kind][0]
+    if kind in TIMES:
+        columns = [(columns or [0])[0]] * 2
+    file = RecordFile(path, ("s", unit), columns, delimiter, multiples=True)
+    times, values = file.samples
+    return Recording(times, None if kind in TIMES else values, kind, unit=file.unit, **about)
+
+
+def onsets(samples: np.ndarray, rate: float, dead_time: float = 0.02) -> np.ndarray:
+    """Times at which a sound sets in.
+
+    Its loudness is the rms of the samples' differences over 1 ms. A sound begins where the loudness
+    exceeds eight times the median, and 5 % of the largest one, and not within `dead_time` after the
+    loudness last did.
+
+    Parameters
+    ----------
+    samples : ndarray
+    rate : float
+        Samples in a second.
+    dead_time : float, default 0.02
+        In s.
+    """
+    width = max(int(1e-3 * rate), 1)
+    power = np.diff(samples, prepend=samples[:1]) ** 2
+    sums = np.cumsum(np.concatenate([np.zeros(width), power]))
+    loud = np.sqrt((sums[width:] - sums[:-width]) / width)
+    over = np.flatnonzero(loud > max(_LOUD * float(np.median(loud)), _LEAST * float(loud.max())))
+    first = over[np.diff(over, prepend=-math.inf) > dead_time * rate]
+    return first / rate  # type: ignore[no-any-return]
+
+
+def _wave(path: Any, channel: Any, full_scale: float) -> tuple[float, np.ndarray]:
+    from scipy.io import wavfile
+
+    try:
+        rate, samples = wavfile.read(path)
+    except ValueError as error:
+        raise ValueError(f"{path}: not a WAV file: {error}") from None
+    if samples.ndim > 1:
+        count = samples.shape[1]
+        if not channel or channel[0] not in range(count):
+            raise ValueError(f"{path}: {count} channels: columns must be one of 0 to {count - 1}")
+        samples = samples[:, channel[0]]
+    size = 1.0
+    if samples.dtype.kind in "iu":
+        size = float(np.iinfo(samples.dtype).max + 1)
+        if samples.dtype.kind == "u":
+            size *= 0.5
+            samples = samples - size
+    return float(rate), samples * (full_scale / size)
+
+
+def _matlab(path: Any, columns: Any, alone: bool) -> tuple[np.ndarray, np.ndarray]:
+    from scipy.io import loadmat
+
+    try:
+        found = loadmat(path, squeeze_me=True)
+    except NotImplementedError:
+        raise ValueError(f"{path}: a MATLAB file of version 7.3: must be saved by -v7") from None
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{path}: not a MATLAB file: {error}") from None
+    arrays = {
+        name: array
+        for name, array in found.items()
+        if not name.startswith("__")
+        and getattr(array, "ndim", 0) == 1
+        and array.dtype.kind in "iuf"
+    }
+    names = list(columns or arrays)
+    for name in names:
+        if name not in arrays:
+            raise unknown_name(f"variable of {path}", name, arrays)
+    if len(names) != (1 if alone else 2):
+        raise ValueError(
+            f"{path}: has {', '.join(arrays) or 'no list of numbers'}: columns must name "
+            + ("that of the times" if alone else "those of time and value")
+        )
+    times, values = arrays[names[0]], arrays[names[-1]]
+    if not columns and not (np.diff(times) > 0).all() and (np.diff(values) > 0).all():
+        times, values = values, times
+    return times, values
