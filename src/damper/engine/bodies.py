@@ -298,18 +298,28 @@ def _add_term(term, sums, at):
         way = value + start.v * at.tau
         v = start.v + slope
         size = abs(value)
-    sums = _added(term, sums, motion_from(osc, start.x + way, v, at.phase), value, slope, size)
+    motion = motion_from(osc, start.x + way, v, at.phase)
+    sums = added(osc, term.weight, sums, motion, value, slope, size)
     return add_terms(term.rest, sums, at)
 
 
 @add_starts.of(Term)
 def _add_start(term, sums):
-    return add_starts(term.rest, _added(term, sums, term.start, 0.0, 0.0, 0.0))
+    sums = added(term.osc, term.weight, sums, term.start, 0.0, 0.0, 0.0)
+    return add_starts(term.rest, sums)
 
 
 @compiled
-def _added(term, sums, motion, value, slope, size):
-    osc, weight = term.osc, term.weight
+def added(
+    osc: Oscillator,
+    weight: float,
+    sums: TermSums,
+    motion: Motion,
+    value: float,
+    slope: float,
+    size: float,
+) -> TermSums:
+    """Add an oscillator to a sum: how it moves, and its part of value and slope."""
     snap, crackle, _ = higher_derivatives(osc, motion)
     return TermSums(
         sums.value + weight * value,
@@ -358,7 +368,8 @@ def _point_at(moving, tau):
         value = moving.value + slope * tau + 0.5 * a * tau * tau
         size = abs(moving.value) + abs(slope) * tau
         begun = TermSums(value, slope + a * tau, a, 0.0, 0.0, 0.0, 0.0, 0.0, size)
-    sums = add_terms(primary.rest, _added(primary, begun, motion, own, rate, abs(own)), at)
+    begun = added(osc, primary.weight, begun, motion, own, rate, abs(own))
+    sums = add_terms(primary.rest, begun, at)
     return _event_point(tau, sums, primary, way, motion)
 
 

@@ -77,7 +77,7 @@ def mass_ratio_at(model: Any, periods: float, time: float) -> float:
 
 @singledispatch
 def columns_of(model: Any) -> int:
-    """Columns of the log. This and the next two never run compiled."""
+    """Columns of the log. This and the next three never run compiled."""
     return COLUMNS
 
 
@@ -86,6 +86,12 @@ def masses_in(model: Any, state: State) -> tuple[Any, Any]:
     """Displacement and velocity of the free mass in a state, or those of each of several."""
     ([y], [u]) = state.of_each(1)
     return y, u
+
+
+@singledispatch
+def primary_in(model: Any, state: State) -> tuple[Any, Any]:
+    """Displacement and velocity of the primary in a state, or those of each of its coordinates."""
+    return state.x, state.v
 
 
 @singledispatch

@@ -13,6 +13,7 @@ from damper.engine.model import (
     initial_segment,
     masses_in,
     motion,
+    primary_in,
     read_segment,
     state_in,
     write_row,
@@ -77,8 +78,8 @@ class Trajectory:
         #: SI sizes of the units, for observers with absolute settings.
         self.units = NO_UNITS
         self.status = FINISHED
-        y, u = masses_in(model, state)
-        _write_initial(model, self._state, *self.start, state.x, state.v, y, u)
+        moving = *primary_in(model, state), *masses_in(model, state)
+        _write_initial(model, self._state, *self.start, *moving)
 
     @property
     def events(self) -> int:

@@ -6,7 +6,6 @@ imported.
 
 import math
 from importlib import import_module
-from importlib.util import find_spec
 from typing import Any
 
 from damper.engine.compiled import plain
@@ -33,10 +32,7 @@ def model_of(
     along_friction : bool, optional
         Whether slides stop also where there is no friction yet, for rigid walls.
     """
-    name = f"damper.models.{room_of(parameters.model)}"
-    if parameters.model == "structure" and find_spec(name) is None:
-        raise ValueError("structures: their engine is not installed with this version of damper")
-    room = import_module(name)
+    room = import_module(f"damper.models.{room_of(parameters.model)}")
     more = {"along_friction": True} if along_friction else {}
     return room.prepare(parameters, law_of(parameters), float(accuracy), **more)
 

@@ -55,7 +55,8 @@ def models_of(damper: Any) -> tuple[str, ...]:
 
 def unknown_model(what: str, model: str, known: Collection[str]) -> str:
     """Message: `what`, such as an observer, does not know this model."""
-    return f"{what} does not know {MODELS[model].has} (model {model}), only {', '.join(known)}"
+    has = MODELS[model].has if model in MODELS else "boxes on a structure"
+    return f"{what} does not know {has} (model {model}), only {', '.join(known)}"
 
 
 def require_model(damper: Any, known: Collection[str], what: str) -> None:

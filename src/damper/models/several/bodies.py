@@ -241,7 +241,7 @@ def prepare(
         made.cycle,
         min(one.tolerance for one in ones),
         made.free,
-        _driven(forcing, damping / heavier, stiffness / heavier, strength, 0.0),
+        oscillator_under(forcing, damping / heavier, stiffness / heavier, strength, 0.0),
         mass,
         drive.share,
         Rigid(
@@ -255,19 +255,21 @@ def prepare(
             mass,
             NoFriction(),
         ),
-        _driven(forcing, p.damping_ratio, 1.0, made.free.strength, 0.0),
+        oscillator_under(forcing, p.damping_ratio, 1.0, made.free.strength, 0.0),
         masses,
         Frictions() if rubs else NoFriction(),
     )
 
 
 @by_class_or_default
-def _driven(forcing: Any, damping: float, stiffness: float, strength: float, weight: float) -> Any:
+def oscillator_under(
+    forcing: Any, damping: float, stiffness: float, strength: float, weight: float
+) -> Any:
     """Make an oscillator with a constant acceleration beside the force; here there is none."""
     return oscillator(damping, stiffness, strength, forcing)
 
 
-@_driven.of(WeighedForce)
+@oscillator_under.of(WeighedForce)
 def _driven_weighed(forcing, damping, stiffness, strength, weight):
     return oscillator(damping, stiffness, 1.0, WeighedForce(forcing.forcing, strength, weight))
 
@@ -351,7 +353,7 @@ def primary_with(model: Several, load: Load) -> Oscillator:
     """The primary under a load."""
     heavier = 1.0 + load.joined
     strength = model.free.strength * (1.0 + load.joined * model.share) / heavier
-    return _driven(
+    return oscillator_under(
         model.stuck.forcing,
         load.damping / heavier,
         load.stiffness / heavier,

@@ -130,14 +130,22 @@ def _write_row(model, row, segment, duration):
 
 
 @compiled
-def report_first(s: SeveralSegment, v_before: float, loss: float) -> SeveralSegment:
-    """The segment with the fields of the first body whose cause is not told; in place."""
-    k, bodies = 0, s.bodies
+def first_to_tell(bodies: np.ndarray) -> int:
+    """Number of the first body whose cause is not told; 0 if there is none."""
+    k = 0
     for j in range(len(bodies) - 1, -1, -1):
         cause = bodies[j, CAUSE]
         # Impacts come first: they release the masses that they kick off a wall.
         if cause == IMPACT or (cause != NOTHING and bodies[k, CAUSE] != IMPACT):
             k = j
+    return k
+
+
+@compiled
+def report_first(s: SeveralSegment, v_before: float, loss: float) -> SeveralSegment:
+    """The segment with the fields of the first body whose cause is not told; in place."""
+    bodies = s.bodies
+    k = first_to_tell(bodies)
     b = body_in(bodies, k)
     bodies[k, CAUSE] = NOTHING
     left = max(b.completion, 0.0)

@@ -96,7 +96,7 @@ def next_event(
         hold = Hold(start.osc, mass, start.primary, b.side, offset, m.friction)
         here = hold_at_start(hold)
         width = 2.0 * hold.friction if b.mode == RESTING else math.inf
-        if _is_balanced(here, width):
+        if is_balanced(here, width):
             # All masses hang at rest: the force is the roundoff of their weights.
             return NextEvent(last, 0.0, 1, False)
         lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
@@ -139,7 +139,7 @@ def _no_stop(friction, own, view, segment, way, last, slowest):
 
 
 @compiled
-def _is_balanced(here: EventPoint, width: float) -> bool:
+def is_balanced(here: EventPoint, width: float) -> bool:
     """Whether all that holds a mass is just enough, and stays so."""
     least = min(abs(here.value), abs(width - here.value))
     largest = max(least, abs(here.slope), abs(here.second), abs(here.third))

@@ -1,0 +1,156 @@
+"""Free masses in boxes anywhere on a structure of several degrees of freedom; the walls are rigid.
+
+The structure is seen by its modes. Masses that stick to it make it another structure, with modes
+of its own, and a mass that is tied to its box flies as a part of it. Simultaneous contacts are
+solved at once, as one problem of impulses and one of contact forces. docs/models.md.
+"""
+
+import numpy as np
+
+from damper.engine import model as declared
+from damper.engine.compiled import compiled, compiled_apart
+from damper.engine.forcing import horizon
+from damper.engine.model import Step
+from damper.engine.search import GAVE_UP, HORIZON, point_at
+from damper.engine.segment import FLIGHT, NOTHING, RELEASE, STICK, STICKING, TAIL
+from damper.models.structure.constants import (
+    CAUSE,
+    COMPLETION,
+    DISPLACEMENT,
+    FIRST,
+    GAP,
+    MODE,
+    RATE,
+    SIDE,
+    VELOCITY,
+    WIDTH,
+    OnStructure,
+    box_in,
+    inverse_in,
+    law_of,
+    mass_in,
+    size_of,
+)
+from damper.models.structure.contacts import decide_contacts, hit
+from damper.models.structure.courses import LIFTS, course_of, next_event
+from damper.models.structure.flow import begin_after
+from damper.models.structure.linear import dot, times
+from damper.models.structure.log import report_first, segment_of_all
+from damper.models.structure.motion import all_after
+from damper.models.structure.prepare import prepare as prepare
+from damper.models.structure.tails import close
+from damper.models.walls import slack
+
+
+@declared.initial_segment.of(OnStructure)
+def _initial_segment(model, periods, time, x, v, y, u):
+    count, n = len(model.masses), size_of(model)
+    bodies, modes = np.zeros((count, WIDTH)), np.zeros((3, n))
+    modes[DISPLACEMENT], modes[VELOCITY] = times(inverse_in(model), x), times(inverse_in(model), v)
+    modes[2] = modes[VELOCITY]
+    for k in range(count):
+        clearance = mass_in(model.masses, k).clearance
+        box = dot(box_in(model, k), modes[DISPLACEMENT])
+        side = 1.0 if y[k] >= box else -1.0
+        gap = clearance - side * (y[k] - box)
+        b = bodies[k]
+        b[GAP] = 0.0 if gap <= slack(clearance, box, float(y[k])) else gap
+        b[RATE] = -side * (u[k] - dot(box_in(model, k), modes[VELOCITY]))
+        b[SIDE], b[MODE], b[CAUSE] = side, FLIGHT, NOTHING
+    here = segment_of_all(periods, time, modes, bodies)
+    decide_contacts(model, here, STICKING)
+    return report_first(model, here, 0.0)
+
+
+@declared.mass_ratio_at.of(OnStructure)
+def _mass_ratio_at(model, periods, time):
+    return model.mass_ratio
+
+
+@declared.begin.of(OnStructure)
+def _begin(model, segment):
+    return begin_after(model, segment, model.flying)
+
+
+@declared.speeds_in_tail.of(OnStructure)
+def _speeds_in_tail(model, segment):
+    m = mass_in(model.masses, int(segment.body))
+    return segment.gap_rate, law_of(m, segment.side).restitution
+
+
+@declared.following.of(OnStructure)
+def _following(model, segment, start):
+    s = segment
+    tail = -1
+    for k in range(len(s.bodies)):
+        if s.bodies[k, CAUSE] != NOTHING:
+            again = segment_of_all(s.periods, s.time, s.modes, s.bodies.copy())
+            return Step(0.0, True, False, 1, report_first(model, again, 0.0), start)
+        if s.bodies[k, MODE] == TAIL:
+            tail = k
+    if tail >= 0:
+        return _complete(model, s, start, float(s.bodies[tail, COMPLETION]))
+    return _fly(model, s, start)
+
+
+@compiled
+def _complete(model, s, start, tau):
+    """The end of a tail: its masses stick."""
+    here, _ = all_after(model, s, start, tau, -1, 0.0)
+    for k in range(len(here.bodies)):
+        b = here.bodies[k]
+        if b[MODE] == TAIL:
+            b[MODE], b[CAUSE] = STICKING, NOTHING
+            b[GAP], b[RATE], b[FIRST], b[COMPLETION] = 0.0, 0.0, 0.0, 0.0
+    decide_contacts(model, here, TAIL)
+    for k in range(len(here.bodies)):
+        if s.bodies[k, MODE] == TAIL and here.bodies[k, MODE] == STICKING:
+            here.bodies[k, CAUSE] = STICK
+    begun = begin_after(model, here, start.system)
+    return Step(tau, True, False, 1, report_first(model, here, 0.0), begun)
+
+
+@compiled
+def _fly(model, s, start):
+    """Go to the first event of all."""
+    count = len(s.bodies)
+    limit = min(HORIZON, horizon(model.forcing, start.phase))
+    last, first, side, steps, gave_up = limit, -1, 0.0, 1, False
+    for k in range(count):
+        tau, found, taken = next_event(model, s.bodies, start, k, last, 0.0)
+        steps += taken
+        gave_up = gave_up or found == GAVE_UP
+        if found == GAVE_UP and tau < last:
+            last, first = tau, -1
+        elif abs(found) == 1.0 and tau <= last and (first < 0 or tau < last):
+            last, first, side = tau, k, found
+    flies = first >= 0 and s.bodies[first, MODE] == FLIGHT
+    wall = side * float(s.bodies[first, SIDE]) if flies else 0.0
+    here, arrives = all_after(model, s, start, last, first if flies else -1, wall)
+    hits = bool(np.any(arrives != 0.0))
+    # A release at the instant of an impact: the impact and the forces after it decide.
+    if first >= 0 and not hits:
+        _release(model, here, start, last, first)
+    loss = hit(model, here, arrives) if hits else 0.0
+    if hits or first < 0:
+        decide_contacts(model, here, TAIL)
+    begun = begin_after(model, here, start.system)
+    if hits and close(model, here, begun):
+        begun = begin_after(model, here, begun.system)
+    new = report_first(model, here, loss)
+    return Step(last, new.cause != NOTHING, gave_up, steps, new, begun)
+
+
+@compiled_apart
+def _release(model, s, start, tau, first):
+    """Let masses part from the walls that press them no longer, in place."""
+    for k in range(len(s.bodies)):
+        b = s.bodies[k]
+        if b[MODE] != STICKING:
+            continue
+        leaves = k == first
+        if not leaves:
+            force = point_at(course_of(model, s.bodies, start, k), tau)
+            leaves = force.value <= 4.0 * force.roundoff and force.slope < 0.0
+        if leaves:
+            b[MODE], b[CAUSE], b[COMPLETION], b[FIRST] = FLIGHT, RELEASE, LIFTS, 0.0

@@ -1,0 +1,131 @@
+"""The log of free masses in boxes of a structure: all in a row, which speaks of one mass."""
+
+import numpy as np
+
+from damper.engine import model as declared
+from damper.engine.compiled import compiled
+from damper.engine.segment import (
+    COLUMNS,
+    FLIGHT,
+    NOTHING,
+    segment_at,
+    write_segment,
+)
+from damper.engine.tuples import changed, made_of
+from damper.models.several.log import first_to_tell
+from damper.models.structure.constants import (
+    BEFORE,
+    BODY,
+    CAUSE,
+    COMPLETION,
+    DISPLACEMENT,
+    FIRST,
+    GAP,
+    MODE,
+    RATE,
+    SIDE,
+    SPEED,
+    VELOCITY,
+    WIDTH,
+    OnStructure,
+    StructureSegment,
+    box_in,
+    size_of,
+)
+from damper.models.structure.linear import dot
+
+_of_mass = changed(
+    StructureSegment,
+    *("x", "v", "gap", "gap_rate", "side", "mode", "cause", "speed", "v_before", "first_speed"),
+    *("completion", "body", "loss"),
+)
+_of_all = made_of(StructureSegment, "periods", "time", "mode", "cause", "modes", "bodies")
+_read = changed(StructureSegment, "body", "loss", "modes", "bodies")
+
+
+@declared.columns_of.register(OnStructure)
+def _columns_of(model):
+    return COLUMNS + 2 + 3 * size_of(model) + BODY * len(model.masses)
+
+
+@declared.masses_in.register(OnStructure)
+def _masses_in(model, state):
+    y, u = state.of_each(len(model.masses))
+    return np.array(y), np.array(u)
+
+
+@declared.primary_in.register(OnStructure)
+def _primary_in(model, state):
+    count = size_of(model)
+    at_rest = not (isinstance(state.x, tuple) or state.x or state.v)
+    x, v = ([0.0] * count, [0.0] * count) if at_rest else state.of_coordinates(count)
+    return np.array(x), np.array(v)
+
+
+@declared.count_masses.register(OnStructure)
+def _count_masses(model):
+    return len(model.masses)
+
+
+@declared.read_segment.of(OnStructure)
+def _read_segment(model, row):
+    count, n = len(model.masses), size_of(model)
+    modes, bodies = np.zeros((3, n)), np.zeros((count, WIDTH))
+    place = COLUMNS + 2
+    for i in range(3):
+        for j in range(n):
+            modes[i, j] = row[place]
+            place += 1
+    for k in range(count):
+        for column in range(BODY):
+            bodies[k, column] = row[place]
+            place += 1
+    return _read(segment_at(row), float(row[COLUMNS]), float(row[COLUMNS + 1]), modes, bodies)
+
+
+@declared.write_row.of(OnStructure)
+def _write_row(model, row, segment, duration):
+    write_segment(row, segment, duration)
+    row[COLUMNS], row[COLUMNS + 1] = segment.body, segment.loss
+    place = COLUMNS + 2
+    for i in range(3):
+        for j in range(segment.modes.shape[1]):
+            row[place] = segment.modes[i, j]
+            place += 1
+    for k in range(len(segment.bodies)):
+        for column in range(BODY):
+            row[place] = segment.bodies[k, column]
+            place += 1
+
+
+@compiled
+def report_first(model: OnStructure, s: StructureSegment, loss: float) -> StructureSegment:
+    """The segment with the fields of the first mass whose cause is not told; in place."""
+    k = first_to_tell(s.bodies)
+    b, box = s.bodies[k], box_in(model, k)
+    cause, speed = float(b[CAUSE]), float(b[SPEED])
+    b[CAUSE] = NOTHING
+    return _of_mass(
+        s,
+        dot(box, s.modes[DISPLACEMENT]),
+        dot(box, s.modes[VELOCITY]),
+        float(b[GAP]),
+        float(b[RATE]),
+        float(b[SIDE]),
+        float(b[MODE]),
+        cause,
+        speed,
+        dot(box, s.modes[BEFORE]),
+        float(b[FIRST]),
+        max(float(b[COMPLETION]), 0.0),
+        float(k),
+        loss,
+    )
+
+
+@compiled
+def segment_of_all(
+    periods: float, time: float, modes: np.ndarray, bodies: np.ndarray
+) -> StructureSegment:
+    """A segment that starts here, before anything is told."""
+    return _of_all(periods, time, FLIGHT, NOTHING, modes, bodies)

@@ -1,0 +1,109 @@
+"""From the parameters of a structure to the constants of a run."""
+
+from typing import Any
+
+import numpy as np
+
+from damper.engine.compiled import plain
+from damper.engine.forcing import rate_of
+from damper.engine.forcing.weighed import WeighedForce
+from damper.models.forces import drive_of
+from damper.models.several.bodies import oscillator_under
+from damper.models.structure.constants import (
+    OnStructure,
+    table_of,
+)
+from damper.models.structure.linear import eigenvectors, product, root_inverse
+from damper.models.structure.system import system_of
+
+
+@plain
+def prepare(parameters: Any, law: Any, accuracy: float) -> OnStructure:
+    """Constants of one run, from the scaled parameters of a structure.
+
+    Raises
+    ------
+    ValueError
+        For dry friction and walls without play, which no structure knows.
+    """
+    p, given = parameters, parameters.structure
+    _refuse(p.each)
+    drive = drive_of(p)
+    shapes, stiffness = _modes_of(given.mass, given.stiffness)
+    base = np.zeros(len(stiffness)) if given.base is None else given.base
+    force = given.mass @ base if drive.share else given.force
+    push = shapes.T @ force * drive.amplitude
+    # A mode's sign is free: the force pushes each of them forwards.
+    shapes = shapes * np.where(push < 0.0, -1.0, 1.0)
+    boxes = np.array([given.boxes[one.box] @ shapes for one in p.each])
+    moved = drive.share * drive.amplitude
+    masses = np.array([(*_values(one), moved * given.base_shares[one.box]) for one in p.each])
+    forcing = drive.forcing
+    shape = WeighedForce(forcing, 1.0, 0.0) if masses[:, 2].any() else forcing
+    damping = _symmetric(shapes.T @ given.damping @ shapes)
+    table = table_of(
+        stiffness,
+        np.abs(push),
+        np.zeros(len(push)),
+        boxes,
+        damping,
+        shapes,
+        np.ascontiguousarray(shapes.T @ given.mass),
+    )
+    model = OnStructure(
+        float(masses[:, 0].sum()),
+        float(masses[:, 1].max()),
+        law,
+        p.cycle,
+        accuracy / max(1.0, rate_of(forcing)),
+        oscillator_under(shape, 0.5 * damping[0, 0], stiffness[0], abs(push[0]), 0.0),
+        shape,
+        table,
+        masses,
+        len(masses),
+        None,  # type: ignore[arg-type]
+    )
+    return model._replace(flying=system_of(model, np.zeros(len(masses), dtype=np.bool_)))
+
+
+def _values(one: Any) -> tuple[float, ...]:
+    left = one.restitution if one.restitution_left == np.inf else one.restitution_left
+    ties = one.tie_stiffness, one.tie_damping
+    return (
+        one.mass,
+        one.clearance,
+        one.gravity,
+        *ties,
+        left,
+        one.restitution,
+        one.yield_speed,
+        one.yield_exponent,
+    )
+
+
+def _refuse(each: Any) -> None:
+    for k, one in enumerate(each):
+        if one.friction:
+            raise ValueError(
+                f"masses[{k}]: friction in a box of a structure is not known; leave it out"
+            )
+        if not one.clearance > 0.0:
+            raise ValueError(
+                f"masses[{k}]: a mass without play belongs to the structure: add it to mass"
+            )
+
+
+def _symmetric(matrix: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(0.5 * (matrix + matrix.T))
+
+
+def _modes_of(mass: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Shapes of modal mass 1, in columns, and squares of the frequencies, which increase."""
+    if np.array_equal(mass, np.diag(np.diag(mass))):
+        root = np.diag(1.0 / np.sqrt(np.diag(mass)))
+    else:
+        root = root_inverse(mass)
+    squares, vectors = eigenvectors(_symmetric(root @ stiffness @ root.T))
+    order = np.argsort(squares, kind="stable")
+    shapes = np.ascontiguousarray(product(root.T, vectors)[:, order])
+    return shapes, np.maximum(squares[order], 0.0)
