@@ -154,7 +154,7 @@ def test_models_do_not_know_each_other():
 
 
 def test_heavy_packages_stay_in_their_rooms():
-    draws = {"figures", "papers", "verification", "notebook", "sizing"}
+    draws = {"figures", "papers", "verification", "structures", "notebook", "sizing"}
     reads = {*draws, "analysis", "tables", "study", "notebook"}
     # What hands over results: cubes, branches, and motions of runs that are advanced by steps.
     made = (("sweep", "cube"), ("sweep", "orbits", "branch"), ("sweep", "started"))

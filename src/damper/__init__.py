@@ -10,7 +10,8 @@ Rooms, each importing only those above it:
   `continue_point`, `smallest_shock`.
 - `study`: YAML -> slices -> cubes, `simulate`.
 - `analysis`, `tables`, `figures`: cubes -> numbers, files, plots.
-- `papers`, `verification`, `report`: verdicts, studies that check the engine, the page.
+- `papers`, `verification`, `structures`, `report`: verdicts, studies that check the engine,
+  studies of structures, the page.
 - `notebook`, `sizing`, `identification`, `shell`: `run`, the accessor of cubes, `design`,
   `identify`, the command `damper`.
 

@@ -56,6 +56,8 @@ def test_frequencies_of_matrices():
 def test_equal_structures_have_one_hash_and_fingerprint():
     one, same, other = building(), building(boxes={"roof": [0.0, 1.0]}), building(force=1)
     assert one == same != other
+    assert building(boxes={"a": 0, "b": 1}) == building(boxes={"b": 1, "a": 0})
+    assert building(points={"mid": [0.5, 0.5]}) != one
     assert hash(one) == hash(same)
     assert one.fingerprint == same.fingerprint != other.fingerprint
 

@@ -17,6 +17,7 @@ from damper.parameters.forcing import (
     Base,
     Forcing,
     NoForce,
+    Record,
     check_force,
     read_forcing,
 )
@@ -489,6 +490,19 @@ class StructureParameters(QuantityClass, shares=Parameters):
     def cycle(self) -> float:
         """Cycle 2 pi / forcing_frequency of the clock in s."""
         return 2.0 * math.pi / self.forcing_frequency
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """All of it in plain values: structure, forcing, and the other parameters."""
+        beside: dict[str, Any] = dict(self.given)
+        made = {"structure": beside.pop("structure").settings, "forcing": self.forcing.settings}
+        beside.pop("forcing", None)
+        if isinstance(self.forcing, Record):
+            samples = {"time": self.forcing.time.tolist(), "value": self.forcing.value.tolist()}
+            made["forcing"] = {k: v for k, v in made["forcing"].items() if k != "samples"} | samples
+        if self.masses is not None:
+            beside["masses"] = [dict(one) for one in self.masses]
+        return {**made, "parameters": beside}
 
     def having(self, values: Mapping[str, Any]) -> "StructureParameters":
         """Return these parameters with other values.

@@ -223,12 +223,11 @@ class Structure:
     def _key(self) -> tuple[Any, ...]:
         matrices = (self.mass, self.damping, self.stiffness)
         vectors = {FORCE: self.force, BASE: self.base} | dict(self.points)
-        # One zero: the other one is equal to it.
+        # One zero: the other one is equal to it. The order of names does not count.
         return (
             *((m + 0.0).tobytes() for m in matrices),
-            tuple((k, None if v is None else (v + 0.0).tobytes()) for k, v in vectors.items()),
-            tuple(self.boxes),
-            tuple(self.base_shares.values()),
+            *((k, (v + 0.0).tobytes()) for k, v in sorted(vectors.items()) if v is not None),
+            *sorted(self.base_shares.items()),
         )
 
     def __eq__(self, other: object) -> bool:
@@ -276,6 +275,30 @@ class Structure:
         to_modes = shapes.T @ self.mass
         rates, places = np.asarray(v) @ to_modes.T, np.asarray(x) @ to_modes.T
         return 0.5 * (rates**2 + squares * places**2)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What it is made of, in plain values; `of_settings` is the inverse."""
+        vectors = {FORCE: self.force, BASE: self.base}
+        single = {name: v.tolist() for name, v in vectors.items() if v is not None}
+        points = {name: b.tolist() for name, b in self.points.items()}
+        if self._modes is not None:
+            hertz, ratios = (row.tolist() for row in self._modes)
+            return {
+                "frequencies": hertz,
+                "damping_ratios": ratios,
+                "shapes": points | single,
+                "modal_masses": np.diag(self.mass).tolist(),
+                "base_shares": dict(self.base_shares),
+            }
+        matrices = {name: getattr(self, name).tolist() for name in ("mass", "damping", "stiffness")}
+        boxes = {name: points[name] for name in self.boxes}
+        return {**matrices, **single, "boxes": boxes, "points": points}
+
+    @classmethod
+    def of_settings(cls, settings: Mapping[str, Any]) -> "Structure":
+        """Return the structure of `settings`."""
+        return cls.from_modes(**settings) if "frequencies" in settings else cls(**settings)
 
     def box(self, name: Any, what: str = "box") -> np.ndarray:
         """Return the vector of a box; TypeError or ValueError with the nearest name for others."""
@@ -332,15 +355,8 @@ class Structure:
             if name not in known:
                 raise unknown_name("number of the structure", name, known)
         values = list((known | numbers).values())
-        shapes = dict(self.points)
-        shapes |= {n: v for n in (FORCE, BASE) if (v := getattr(self, n)) is not None}
-        return Structure.from_modes(
-            values[::2],
-            values[1::2],
-            shapes,
-            modal_masses=np.diag(self.mass).tolist(),
-            base_shares=self.base_shares,
-        )
+        changed = {"frequencies": values[::2], "damping_ratios": values[1::2]}
+        return Structure.from_modes(**self.settings | changed)
 
 
 def _frozen(values: Any) -> np.ndarray:

@@ -20,7 +20,7 @@ from pydantic import ValidationError
 from damper.parameters.names import nearest
 from damper.study.fields import STEM, STEM_WORDS, NamedMapping
 from damper.study.kinds import STUDIES
-from damper.study.messages import Report, mistakes_of
+from damper.study.messages import Mistakes, Report, mistakes_of
 from damper.study.model import Config, Settings, Study
 from damper.study.parts import SimulatedStudy
 from damper.study.rules import check_study
@@ -215,6 +215,9 @@ def _load(
         study._name, study._folder = path.stem, path.parent
         if isinstance(study, Study) and not checked:
             check_study(study)
+        mistakes = Mistakes()
+        study.check_files(mistakes)
+        mistakes.raise_any()
     except ValidationError as error:
         problems += [_blame(loc, file, parts, prefix, report) for loc, report in mistakes_of(error)]
     if problems:

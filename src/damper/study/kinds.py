@@ -101,6 +101,6 @@ class Kinds(Mapping[str, type[Any]]):
 
 FIGURES = Kinds(Product, "damper.figures")
 TABLES = Kinds(Product, "damper.tables", "damper.papers.tables")
-#: Studies that check the engine, with ``kind: <name>`` in their files; without it, a file is a
-#: `damper.study.model.Study`.
-STUDIES = Kinds(StudyFile, "damper.verification", within="settings")
+#: Studies with ``kind: <name>`` in their files, which check the engine or are of a structure;
+#: without it, a file is a `damper.study.model.Study`.
+STUDIES = Kinds(StudyFile, "damper.verification", "damper.structures", within="settings")

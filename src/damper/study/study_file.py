@@ -10,6 +10,7 @@ from pydantic import Field, PrivateAttr
 
 from damper.study.fields import Line, StrictModel, Text
 from damper.study.jobs import Job
+from damper.study.messages import Mistakes
 from damper.study.yaml_file import dump_yaml
 
 SUFFIXES = {"figures": ("svg", "png"), "tables": ("csv", "md")}
@@ -76,6 +77,9 @@ class StudyFile(StrictModel):
     def origins(self) -> Mapping[str, str]:
         """Origins of the settings for a page: name -> remark."""
         return {}
+
+    def check_files(self, mistakes: Mistakes) -> None:
+        """Note what is wrong in files beside the study's, once its folder is known."""
 
     def products(self) -> Iterator[tuple[str, str, Any]]:
         """Yield the section, the name and the settings of every figure and table."""

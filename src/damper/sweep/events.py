@@ -15,6 +15,7 @@ from damper.parameters import NO_UNITS, Parameters, SIParameters, State
 from damper.parameters.names import unknown_name
 from damper.parameters.quantity import real
 from damper.parameters.run import EngineSettings, settings_text
+from damper.parameters.structural import StructureParameters
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.points import one_run
 
@@ -90,7 +91,7 @@ class Started:
 
     def __init__(
         self,
-        parameters: Parameters | SIParameters | None,
+        parameters: Parameters | SIParameters | StructureParameters | None,
         state: State | None,
         accuracy: float,
         max_events: int,
@@ -167,7 +168,7 @@ class Started:
 
 
 def events(
-    parameters: Parameters | SIParameters | None = None,
+    parameters: Parameters | SIParameters | StructureParameters | None = None,
     state: State | None = None,
     *,
     until: float,

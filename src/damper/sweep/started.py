@@ -195,7 +195,7 @@ def _motion_of_structure(
 
 
 def start(
-    parameters: Parameters | SIParameters | None = None,
+    parameters: Parameters | SIParameters | StructureParameters | None = None,
     state: State | None = None,
     *,
     accuracy: float = DEFAULT_ACCURACY,

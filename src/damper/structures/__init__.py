@@ -1,0 +1,1 @@
+"""Kinds of studies of structures, a folder each."""

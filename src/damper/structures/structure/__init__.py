@@ -1,0 +1,1 @@
+"""Free masses in boxes of a structure: responses at its points, and its energy by mode."""

@@ -1,0 +1,102 @@
+"""Lines: a variable of a structure over an axis or over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from damper.analysis.labels import label_of
+from damper.figures.common import panels
+from damper.figures.common.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, label
+from damper.parameters.lazy import Axes, Figure, xr
+from damper.study.fields import DistinctList, Text
+from damper.study.products import Caption
+from damper.study.study_file import ProductBase, See
+
+_COLOURS = (BLACK, BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
+_DASHES = ("-", "--", "-.", ":")
+_HEIGHTS = {1: 2.2, 2: 1.9, 3: 1.7}
+
+
+class StructureLines(ProductBase):
+    """A variable over an axis, or over time, with a line for each value of another dimension."""
+
+    variables: Annotated[
+        DistinctList[Text], Field(max_length=1, description="The variable of the ordinate.")
+    ]
+    along: Annotated[
+        Text, Field(description="Axis of the abscissa; instant for time, which needs history.")
+    ]
+    lines: Annotated[
+        Text | None,
+        Field(description="Dimension of whose values each makes a line: point, mode or an axis."),
+    ] = None
+    panels: Annotated[
+        Text | None, Field(description="Dimension of whose values each makes a panel.")
+    ] = None
+    at: Annotated[
+        dict[str, float | str],
+        Field(description="Value of each other dimension; of an axis the nearest one is shown."),
+    ] = {}  # noqa: RUF012
+    log: Annotated[bool, Field(description="Whether ordinates are logarithmic.")] = False
+    caption: Caption = None
+    see: See = None
+
+
+def draw(results: Mapping[str, Any], settings: StructureLines) -> Figure:
+    """Draw a variable over an axis or over time."""
+    (name,) = settings.variables
+    whole = results["cube"]
+    cube = at_place(whole, settings.at)
+    shown = [cube] if settings.panels is None else _each(cube, settings.panels)
+    figure, axes = panels.wrapped_panels(len(shown), _HEIGHTS, rest=1.1)
+    variable = cube[name]
+    ordinate = label(variable.attrs["long_name"], "", variable.attrs.get("units", ""))
+    if settings.along == "instant":
+        abscissa = label("time", "", "s")
+    else:
+        unit = cube[settings.along].attrs.get("units", "")
+        abscissa = label(label_of(settings.along), "", unit)
+    panels.label_outer(axes, abscissa, ordinate)
+    handles: dict[str, Any] = {}
+    for ax, part in zip(axes, shown, strict=True):
+        handles |= _panel(ax, part, name, settings)
+        if settings.panels is not None:
+            ax.set_title(_text(part, settings.panels), pad=3.0)
+    made = [panels.legend_line(text, **style) for text, style in handles.items() if text]
+    return panels.finish(figure, whole, settings.caption, made)
+
+
+def at_place(cube: xr.Dataset, at: Mapping[str, Any]) -> xr.Dataset:
+    """Return the part of a cube at values of some dimensions, the nearest ones of axes."""
+    for name, value in at.items():
+        cube = cube.sel({name: value}, method=None if isinstance(value, str) else "nearest")
+    return cube
+
+
+def _each(cube: xr.Dataset, dim: str) -> list[xr.Dataset]:
+    return [cube.isel({dim: k}) for k in range(cube.sizes[dim])]
+
+
+def _text(part: xr.Dataset, dim: str) -> str:
+    value = part[dim].item()
+    shown = value if isinstance(value, str) else f"{value:g}"
+    unit = part[dim].attrs.get("units", "")
+    return f"{label_of(dim)}: {shown} {unit}".strip() if unit else f"{label_of(dim)} {shown}"
+
+
+def _panel(ax: Axes, part: xr.Dataset, name: str, settings: StructureLines) -> dict[str, Any]:
+    parts = [part] if settings.lines is None else _each(part, settings.lines)
+    found = {}
+    for k, one in enumerate(parts):
+        text = "" if settings.lines is None else _text(one, settings.lines)
+        dashes = _DASHES[k // len(_COLOURS) % len(_DASHES)]
+        style: dict[str, Any] = {"color": _COLOURS[k % len(_COLOURS)], "lw": 0.9, "ls": dashes}
+        x = one["time"] if settings.along == "instant" else one[settings.along]
+        ax.plot(x.values, one[name].values, **style)
+        found[text] = style
+    if settings.log:
+        ax.set_yscale("log")
+    return found

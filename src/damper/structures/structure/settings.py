@@ -1,0 +1,337 @@
+"""Settings of a study of a structure with free masses in its boxes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field
+
+from damper.analysis.labels import label_of
+from damper.parameters.dampers import SIParameters
+from damper.parameters.masses import split
+from damper.parameters.names import OF_A_MASS_STRUCTURE
+from damper.parameters.structure import Structure
+from damper.structures.structure.runs import DIMENSIONS, VARIABLES
+from damper.study.axes import grid
+from damper.study.fields import DistinctList, NamedMapping, StrictModel, Text
+from damper.study.forcing import FORCES, ForceEntry
+from damper.study.jobs import Job
+from damper.study.kinds import Kinds
+from damper.study.messages import Mistakes
+from damper.study.study_file import ProductBase, StudyFile
+
+_NONE: dict[str, Any] = {}
+_HERE = "damper.structures.structure"
+#: Most points of a grid.
+MOST_POINTS = 10_000
+Number = float | Text
+Place = int | Text | Annotated[tuple[float, ...], Field(strict=False)]
+"""Number of a coordinate, name of a place or of an array, or weights."""
+
+
+class ModeEntry(StrictModel):
+    """A mode of the structure."""
+
+    frequency: Annotated[float, Field(ge=0, description="Natural frequency in Hz.")]
+    damping_ratio: Annotated[float, Field(ge=0, description="Part of critical damping.")]
+    modal_mass: Annotated[
+        float, Field(gt=0, description="In kg; 1 for shapes that are normalised by mass.")
+    ] = 1.0
+    shapes: Annotated[
+        dict[str, float],
+        Field(description="Name of a place -> its displacement in this mode; also force and base."),
+    ]
+
+
+class StructureEntry(StrictModel):
+    """The structure, by its modes or by its matrices."""
+
+    modes: Annotated[
+        Annotated[tuple[ModeEntry, ...], Field(strict=False)] | Text | None,
+        Field(
+            description="A CSV file with one row a mode; or a list of modes: frequency in Hz, "
+            "damping_ratio, modal_mass (1 for shapes normalised by mass) and shapes: name of a "
+            "place -> its displacement, also force and base."
+        ),
+    ] = None
+    matrices: Annotated[
+        dict[str, Text] | Text | None,
+        Field(
+            description="A file .npz or .mat with the matrices, or a file .mtx or .npy for each of "
+            "mass, damping, stiffness."
+        ),
+    ] = None
+    boxes: Annotated[
+        dict[str, Place],
+        Field(
+            description="Of matrices: name -> number of a coordinate from 0, weights, or the name "
+            "of an array in the file."
+        ),
+    ] = _NONE
+    points: Annotated[
+        dict[str, Place], Field(description="Of matrices: further places, likewise.")
+    ] = _NONE
+    force: Annotated[
+        Place | None,
+        Field(description="Where the force acts: the name of a place; of matrices, as for boxes."),
+    ] = None
+    base: Annotated[
+        Place | None, Field(description="Of matrices: influence of the base's motion.")
+    ] = None
+    base_shares: Annotated[
+        dict[str, float],
+        Field(description="Of modes: displacement of a box in a unit displacement of the base."),
+    ] = _NONE
+
+    @classmethod
+    def check_keys(cls, given: Any, mistakes: Mistakes) -> None:
+        if (given.get("modes") is None) == (given.get("matrices") is None):
+            mistakes.add((), "the structure is given by one of two", "modes or matrices")
+        of_matrices = {"boxes", "points", "base"} if given.get("modes") is not None else set()
+        for key in sorted(of_matrices & given.keys()):
+            mistakes.add((key,), f"{key} goes with matrices", "a column or shape of modes")
+
+    def made(self, folder: Path) -> Structure:
+        """Return the structure; paths are relative to a folder."""
+        place: Any = self.force
+        if isinstance(self.modes, str):
+            return Structure.read_modes(
+                folder / self.modes, force=place, base_shares=self.base_shares or None
+            )
+        if self.modes is not None:
+            names = dict.fromkeys(name for mode in self.modes for name in mode.shapes)
+            shapes: dict[str, Any] = {}
+            for name in names:
+                if lacking := [k for k, m in enumerate(self.modes, 1) if name not in m.shapes]:
+                    raise ValueError(f"mode {lacking[0]} has no shape of {name!r}")
+                shapes[name] = [mode.shapes[name] for mode in self.modes]
+            shapes |= {} if place is None else {"force": place}
+            return Structure.from_modes(
+                [mode.frequency for mode in self.modes],
+                [mode.damping_ratio for mode in self.modes],
+                shapes,
+                modal_masses=[mode.modal_mass for mode in self.modes],
+                base_shares=self.base_shares or None,
+            )
+        files: Any = self.matrices
+        found = (
+            folder / files
+            if isinstance(files, str)
+            else {name: folder / path for name, path in files.items()}
+        )
+        return Structure.read_matrices(
+            found, boxes=self.boxes, force=self.force, base=self.base, points=self.points
+        )
+
+
+class StructureAxis(StrictModel):
+    """A quantity that runs through values."""
+
+    values: Annotated[DistinctList[float] | None, Field(description="One by one.")] = None
+    start: Annotated[float | None, Field(description="First value; with stop and num.")] = None
+    stop: Annotated[float | None, Field(description="Last value.")] = None
+    num: Annotated[int | None, Field(ge=2, le=1000, description="How many values.")] = None
+    spacing: Annotated[
+        Literal["linear", "log"], Field(description="Equal distances, or equal ratios.")
+    ] = "linear"
+    unit: Annotated[
+        Literal["Hz"] | None, Field(description="Of forcing_frequency, in place of rad/s.")
+    ] = None
+
+    @property
+    def given(self) -> list[float]:
+        """The values as given."""
+        if self.values is not None:
+            return list(self.values)
+        first, last = (0.0 if end is None else end for end in (self.start, self.stop))
+        return list(grid(first, last, self.num, None, self.spacing))
+
+    @property
+    def own(self) -> list[float]:
+        """The values in the quantity's own unit."""
+        size = 2.0 * math.pi if self.unit else 1.0
+        return [size * value for value in self.given]
+
+    def check_together(self, mistakes: Mistakes) -> None:
+        parts = [self.start, self.stop, self.num]
+        if (self.values is None) != all(part is not None for part in parts):
+            mistakes.add((), "it has no values", "values, or start, stop and num")
+
+
+FIGURES = Kinds(ProductBase, f"{_HERE}.figures")
+TABLES = Kinds(ProductBase, f"{_HERE}.tables")
+
+
+class StructureStudy(StudyFile):
+    """Free masses in boxes of a structure, run over a grid of their quantities."""
+
+    entries: ClassVar[Mapping[str, type[StrictModel]]] = {"axes": StructureAxis}
+    figure_kinds: ClassVar[Mapping[str, type[ProductBase]]] = FIGURES
+    table_kinds: ClassVar[Mapping[str, type[ProductBase]]] = TABLES
+    models: ClassVar[tuple[str, ...]] = ("structure",)
+
+    kind: Annotated[Literal["structure"], Field(description="That it is such a study.")]
+    structure: Annotated[StructureEntry, Field(description="The structure.")]
+    masses: Annotated[
+        tuple[dict[str, Number], ...],
+        Field(
+            strict=False,
+            min_length=1,
+            description="The free masses: box, free_mass, gap, restitution, tie_stiffness and more "
+            "of each, as for damper.SIParameters; a number may have a unit, as 20 mm.",
+        ),
+    ]
+    parameters: Annotated[
+        dict[str, Number],
+        Field(description="force_amplitude, forcing_frequency, phase, and values for all masses."),
+    ] = _NONE
+    forcing: Annotated[
+        ForceEntry,
+        FORCES,
+        Field(description="What drives the structure; a harmonic force when not given."),
+    ] = FORCES["harmonic"](kind="harmonic")
+    axes: Annotated[
+        dict[str, StructureAxis],
+        NamedMapping("axis"),
+        Field(
+            description="Quantities of parameters, of single masses (gap_0) and of modes "
+            "(mode_1_frequency in Hz, mode_1_damping_ratio) that run through values."
+        ),
+    ] = _NONE
+    transient: Annotated[int, Field(ge=0, description="Cycles before the window.")] = 100
+    periods: Annotated[int, Field(ge=1, description="Cycles in the window.")] = 20
+    samples: Annotated[
+        int,
+        Field(ge=4, le=10_000, description="Samples of displacements and energies in a cycle."),
+    ] = 64
+    history: Annotated[
+        bool, Field(description="Whether the samples are kept, over the dimension instant.")
+    ] = False
+    figures: Annotated[
+        dict[str, Annotated[ProductBase, FIGURES]],
+        NamedMapping("figure"),
+        Field(description="What to draw: name of the file -> kind and its settings."),
+    ] = _NONE
+    tables: Annotated[
+        dict[str, Annotated[ProductBase, TABLES]],
+        NamedMapping("table"),
+        Field(description="What to tabulate: name of the file -> kind and its settings."),
+    ] = _NONE
+
+    @cached_property
+    def damper(self) -> Any:
+        """Parameters at the first point of the grid."""
+        first = {name: axis.own[0] for name, axis in self.axes.items()}
+        known = {"forcing_frequency", "force_amplitude"}
+        given: dict[str, Any] = {**self.parameters}
+        given |= {name: value for name, value in first.items() if name in known}
+        made: Any = SIParameters(
+            structure=self.structure.made(self._folder),
+            masses=self.masses,
+            forcing=self.forcing.force(self._folder),
+            **given,
+        )
+        return made.having(first) if first else made
+
+    def check_files(self, mistakes: Mistakes) -> None:
+        """Note what is refused when all files are read and every end of an axis is tried."""
+        try:
+            self.structure.made(self._folder)
+        except (ValueError, TypeError, OSError) as error:
+            mistakes.add(("structure",), str(error))
+            return
+        try:
+            damper = self.damper
+        except (ValueError, TypeError, OSError) as error:
+            mistakes.add(("parameters",), str(error))
+            return
+        for name, axis in self.axes.items():
+            for value in (axis.own[0], axis.own[-1]):
+                try:
+                    damper.having({name: value})
+                except (ValueError, TypeError) as error:
+                    mistakes.add(("axes", name), str(error))
+                    break
+
+    def check_together(self, mistakes: Mistakes) -> None:
+        if mistakes:
+            return
+        if math.prod(len(axis.given) for axis in self.axes.values()) > MOST_POINTS:
+            mistakes.add(("axes",), "too many points", f"at most {MOST_POINTS}")
+        for name, axis in self.axes.items():
+            if axis.unit and name != "forcing_frequency":
+                mistakes.add(("axes", name, "unit"), f"{name} is not in Hz here", "left out")
+        known = {*self.axes, *DIMENSIONS}
+        for section, stem, made in self.products():
+            for key in ("along", "lines", "panels"):
+                dim = getattr(made, key, None)
+                if dim is not None and dim not in known:
+                    message = f"'{dim}' is no dimension of the cube"
+                    mistakes.add((section, stem, key), message, ", ".join(sorted(known)))
+            shown = [v.name for v in VARIABLES if self.history or "instant" not in v.dims]
+            for i, variable in enumerate(made.variables):
+                if variable not in shown:
+                    message = f"'{variable}' is not in the cube"
+                    mistakes.add((section, stem, "variables", i), message, ", ".join(shown))
+
+    def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+        """Return a job for each value of the first axis."""
+        outer, inner = self._split
+        settings = {
+            **self.damper.settings,
+            "axes": inner,
+            "cycles": [self.transient, self.periods],
+            "samples": self.samples,
+            "history": self.history,
+            "engine": dict(engine),
+        }
+        loads = ("damper.models.structure",)
+        return {
+            name: Job(f"{_HERE}.runs", {**settings, "at": at}, loads=loads)
+            for name, at in outer.items()
+        }
+
+    @property
+    def _split(self) -> tuple[dict[str, dict[str, float]], dict[str, list[float]]]:
+        """Place of each job along the first axis, and the values of the other axes."""
+        axes = {name: axis.own for name, axis in self.axes.items()}
+        if not axes:
+            return {"all": {}}, {}
+        first, *others = axes
+        return {f"{k:03d}": {first: v} for k, v in enumerate(axes[first])}, {
+            name: axes[name] for name in others
+        }
+
+    def gathered(self, engine: Mapping[str, Any]) -> dict[str, Job]:
+        settings = {
+            "axes": {name: [axis.given, self.units[name]] for name, axis in self.axes.items()},
+            "points": list(self.damper.structure.points),
+            "attributes": self.attributes(),
+        }
+        return {"cube.nc": Job(f"{_HERE}.runs", settings, needs=tuple(self._split[0]))}
+
+    @property
+    def values(self) -> dict[str, str]:
+        """Settings of the study for a page: name -> value."""
+        found = {"structure": repr(self.damper.structure)}
+        for k, mass in enumerate(self.masses):
+            found[f"mass {k}"] = ", ".join(f"{label_of(n)} {v}" for n, v in mass.items())
+        found |= {label_of(name): str(value) for name, value in self.parameters.items()}
+        for name, axis in self.axes.items():
+            values, unit = axis.given, self.units[name]
+            found[label_of(name)] = f"{values[0]:g} to {values[-1]:g} {unit}, {len(values)} values"
+        return found | {"forcing": self.forcing.kind}
+
+    @property
+    def units(self) -> dict[str, str]:
+        damper = self.damper
+        of = {q.name: q.units for q in (*damper.quantities, *damper.structure.quantities)}
+        found = {}
+        for name, axis in self.axes.items():
+            common, _ = split(name, OF_A_MASS_STRUCTURE) or (name, 0)
+            found[name] = axis.unit or of[common].replace("1", "")
+        return found

@@ -1,0 +1,1 @@
+"""Tables of a study of a structure, one file for each kind."""

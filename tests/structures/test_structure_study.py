@@ -1,0 +1,134 @@
+"""Studies of structures: what they read and refuse, and the cube that their jobs make."""
+
+import json
+from importlib import import_module
+
+import numpy as np
+import pytest
+import yaml
+
+import damper
+from damper.parameters.structural import StructureParameters
+from damper.parameters.structure import Structure
+from damper.study.config import ConfigError, load_study
+
+MODES = [
+    {"frequency": 1.0, "damping_ratio": 0.02, "shapes": {"tip": 1.0, "middle": 0.3}},
+    {"frequency": 6.3, "damping_ratio": 0.02, "shapes": {"tip": -1.0, "middle": 0.7}},
+]
+STUDY = {
+    "title": "A beam",
+    "source": "a test",
+    "kind": "structure",
+    "structure": {"modes": MODES, "force": "middle"},
+    "masses": [{"box": "tip", "free_mass": 0.1, "gap": "40 mm", "restitution": 0.6}],
+    "parameters": {"force_amplitude": 2.0, "forcing_frequency": "1 Hz"},
+    "axes": {"mode_2_frequency": {"values": [6.3, 5.0]}, "gap_0": {"values": [0.04, 9.0]}},
+    "transient": 2,
+    "periods": 2,
+    "samples": 16,
+    "history": True,
+    "figures": {
+        "energy": {"kind": "lines", "variables": ["mode_energy"], "along": "instant"}
+        | {"lines": "mode", "panels": "gap_0", "at": {"mode_2_frequency": 5.0}, "log": True},
+        "peak": {"kind": "lines", "variables": ["peak_displacement"], "along": "gap_0"}
+        | {"lines": "point", "at": {"mode_2_frequency": 5.0}},
+    },
+    "tables": {"peaks": {"kind": "values", "variables": ["peak_displacement", "mean_energy"]}},
+}
+
+
+def study_of(folder, **changed):
+    path = folder / "beam.yaml"
+    path.write_text(yaml.safe_dump(STUDY | changed, sort_keys=False), "utf-8")
+    return load_study(path)
+
+
+def done(job, *parts):
+    """What a job returns, whose settings went through JSON."""
+    module, settings = import_module(job.module), json.loads(json.dumps(job.settings))
+    return module.gather(parts, **settings) if parts else module.run_part((), **settings)
+
+
+@pytest.fixture(scope="module")
+def cube(tmp_path_factory):
+    study = study_of(tmp_path_factory.mktemp("study"))
+    parts = [done(job) for job in study.parts({"accuracy": 1e-12}).values()]
+    return done(study.gathered({})["cube.nc"], *parts)
+
+
+def test_the_cube_has_the_motion_of_each_point(cube):
+    """As a run by itself has it; in a gap of 9 m there are no impacts."""
+    modes = Structure.from_modes(
+        [1.0, 5.0], 0.02, {"tip": [1, -1], "middle": [0.3, 0.7], "force": "middle"}
+    )
+    p = damper.SIParameters(
+        structure=modes,
+        force_amplitude=2.0,
+        forcing_frequency="1 Hz",
+        masses=[{"box": "tip", "free_mass": 0.1, "gap": 0.04, "restitution": 0.6}],
+    )
+    run = damper.start(p)
+    run.advance(4.0)
+    moved = run.motion(np.linspace(2.0, 4.0, 33))
+    there = cube.sel(mode_2_frequency=5.0, gap_0=0.04)
+    assert np.allclose(there.displacement, moved.displacement, rtol=1e-9, atol=1e-12)
+    assert np.allclose(there.mode_energy, moved.mode_energy, rtol=1e-9, atol=1e-12)
+    assert np.allclose(there.peak_displacement, abs(moved.displacement).max("time"), rtol=1e-9)
+    hits = run.events["kind"] == damper.IMPACT
+    later = run.events["time"] > 2.0
+    assert there.impacts_per_cycle.item() == (hits & later).sum() / 2
+    assert cube.sel(gap_0=9.0).impacts_per_cycle.values.tolist() == [[0.0], [0.0]]
+    assert cube.gap_0.units == "m"
+    assert cube.mode_2_frequency.units == "Hz"
+
+
+def test_figures_and_tables(cube, tmp_path):
+    study = study_of(tmp_path)
+    for made in study.figures.values():
+        figure = study.figure_kinds.module(made.kind).draw({"cube": cube}, made)
+        lines = [len(ax.lines) for ax in figure.axes]
+        assert lines == ([2, 2] if made.panels else [2])
+    table = study.table_kinds.module("values").make({"cube": cube}, study.tables["peaks"])
+    assert len(table.data) == 4
+    assert table.data["peak_displacement, point tip"].notna().all()
+
+
+def test_a_structure_is_read_from_files_beside_the_study(tmp_path):
+    (tmp_path / "beam.csv").write_text(
+        "frequency,damping_ratio,tip,middle\n1,0.02,1,0.3\n6.3,0.02,-1,0.7\n"
+    )
+    by_file = study_of(tmp_path, structure={"modes": "beam.csv", "force": "middle"})
+    assert by_file.damper == study_of(tmp_path).damper
+    np.savez(tmp_path / "m.npz", M=np.eye(2), K=[[2.0, -1.0], [-1.0, 1.0]])
+    found = {"matrices": "m.npz", "boxes": {"tip": 1}, "force": 0}
+    made = study_of(tmp_path, structure=found, axes={}, figures={}, tables={}).damper.structure
+    assert made == Structure(np.eye(2), None, [[2, -1], [-1, 1]], boxes={"tip": 1}, force=0)
+
+
+def test_settings_in_plain_values_make_the_same_parameters(tmp_path):
+    settings = json.loads(json.dumps(study_of(tmp_path).damper.settings))
+    made = StructureParameters(
+        structure=Structure.of_settings(settings["structure"]), **settings["parameters"]
+    )
+    assert made == study_of(tmp_path).damper
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"structure": {}}, "given by one of two.*modes or matrices"),
+        ({"structure": {"modes": "none.csv"}}, "none.csv"),
+        ({"structure": {"modes": MODES, "boxes": {"tip": 1}}}, "boxes goes with matrices"),
+        ({"masses": [{"box": "tpi"}]}, r"masses\[0\].box 'tpi' \(did you mean 'tip'\?\)"),
+        ({"axes": STUDY["axes"] | {"gap_1": {"values": [1.0]}}}, "is of mass 1, and masses has 1"),
+        ({"axes": {"gap_0": {"values": [1.0, -1.0]}}}, "gap = -1.0"),
+        ({"axes": {"gap_0": {"start": 1.0}}}, "values, or start, stop and num"),
+        ({"axes": {"gap_0": {"values": [1.0], "unit": "Hz"}}}, "gap_0 is not in Hz here"),
+        ({"axes": {}}, "'gap_0' is no dimension of the cube"),
+        ({"history": False}, "'mode_energy' is not in the cube"),
+    ],
+)
+def test_mistakes_in_a_study(tmp_path, changed, message):
+    with pytest.raises(ConfigError, match=f"(?s){message}"):
+        study_of(tmp_path, **changed)
