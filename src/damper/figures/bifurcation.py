@@ -14,7 +14,6 @@ from damper.analysis.runs import runs
 from damper.figures.common import layout, panels, style
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
 from damper.figures.overlays import Panels, draw_overlays
-from damper.parameters.dampers import BASIC
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.quantities import INITIAL_NAMES, quantities_in
 from damper.parameters.units import units_of
@@ -24,6 +23,7 @@ from damper.study.fields import DistinctList, Pair, Text, one_of
 from damper.study.messages import Mistakes
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import join_names
+from damper.theory.ball_on_table import KNOWN
 
 if TYPE_CHECKING:
     from matplotlib.transforms import ScaledTranslation
@@ -120,7 +120,7 @@ class Bifurcation(products.FigureSettings):
     def knows(self) -> tuple[str, ...]:  # type: ignore[override]
         """Quantities that its theory knows."""
         ball = self.theory == "ball_on_table"
-        return (*BASIC, "force_amplitude", "gravity") if ball else super().knows
+        return KNOWN if ball else super().knows
 
     @property
     def reads(self) -> tuple[str, ...]:  # type: ignore[override]
