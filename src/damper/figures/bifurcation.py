@@ -23,7 +23,6 @@ from damper.study.fields import DistinctList, Pair, Text, one_of
 from damper.study.messages import Mistakes
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import join_names
-from damper.theory.ball_on_table import KNOWN
 
 if TYPE_CHECKING:
     from matplotlib.transforms import ScaledTranslation
@@ -119,8 +118,11 @@ class Bifurcation(products.FigureSettings):
     @property
     def knows(self) -> tuple[str, ...]:  # type: ignore[override]
         """Quantities that its theory knows."""
-        ball = self.theory == "ball_on_table"
-        return KNOWN if ball else super().knows
+        if self.theory != "ball_on_table":
+            return super().knows
+        from damper.theory.ball_on_table import KNOWN
+
+        return KNOWN
 
     @property
     def reads(self) -> tuple[str, ...]:  # type: ignore[override]
