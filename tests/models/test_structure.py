@@ -9,6 +9,9 @@ import pytest
 from scenes import SLOW
 
 from damper import Parameters, SIParameters, State, Structure, events
+from damper.engine.model import read_segment
+from damper.engine.segment import CAUSE, DURATION, MODE, PERIODS, TAIL, TIME
+from damper.models import start_run
 from damper.parameters.forcing import Base, Forcing, Harmonic, Harmonics, NoForce, Record
 from damper.verification.structures import exact_run
 
@@ -175,6 +178,53 @@ def test_the_units_are_those_of_the_parameters() -> None:
     assert found["kind"].tolist() == wanted["kind"].tolist()
     assert found["time"] * rate == pytest.approx(wanted["time"], abs=1e-11)
     assert found["v"] / (length * rate) == pytest.approx(wanted["v"], abs=1e-11)
+
+
+# --- energy
+
+
+def test_energy_is_balanced() -> None:
+    """Input less dashpots, ties and impacts is what is stored; by quadrature, scaled."""
+    own = {"restitution": 0.9, "tie_stiffness": 0.05, "tie_damping": 0.03}, HEAVY
+    given = {"force_amplitude": 6.0, "gravity": 0.1}
+    p = on(_of_matrices(), own[0], own[1] | {"restitution": 0.0}, **given).dimensionless
+    run, s = start_run(p), p.structure
+    log = np.concatenate([piece.copy() for piece in run.segments(*run.whole_periods(9.0))])
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+
+    def gaps(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return np.array([y[k] - s.boxes[one.box] @ x for k, one in enumerate(p.each)])
+
+    def stored(x: np.ndarray, v: np.ndarray, y: np.ndarray, u: np.ndarray) -> float:
+        found = 0.5 * (v @ s.mass @ v + x @ s.stiffness @ x)
+        for one, d, place, speed in zip(p.each, gaps(x, y), y, u, strict=True):
+            found += 0.5 * (one.mass * speed**2 + one.tie_stiffness * d**2)
+            found += one.mass * one.gravity * place
+        return float(found)
+
+    balance = turnover = 0.0
+    for row in log:
+        lost = read_segment(run.model, row).loss
+        assert row[MODE] != TAIL or row[DURATION] == 0.0
+        balance, turnover = balance - lost, turnover + lost
+        parts = math.ceil(row[DURATION] / 0.2)
+        for k in range(parts):
+            half = 0.5 * row[DURATION] / parts
+            for node, weight in zip(nodes, weights, strict=True):
+                tau = half * (2 * k + 1 + node)
+                _, v, _, u = run.state_in(row, tau)
+                time = row[PERIODS] * p.cycle + row[TIME] + tau
+                work = s.force @ v * p.force_amplitude * math.sin(p.frequency_ratio * time)
+                lost = v @ s.damping @ v
+                lost += sum(m.tie_damping * d**2 for m, d in zip(p.each, gaps(v, u), strict=True))
+                balance += weight * half * (work - lost)
+                turnover += weight * half * (abs(work) + lost)
+    ends = [
+        stored(*run.state_in(row, tau))
+        for row, tau in ((log[0], 0.0), (log[-1], log[-1, DURATION]))
+    ]
+    assert {0.0, 1.0, 2.0} <= set(log[:, CAUSE])
+    assert balance == pytest.approx(ends[1] - ends[0], abs=1e-12 * turnover)
 
 
 # --- limits

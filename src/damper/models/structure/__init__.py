@@ -8,7 +8,7 @@ solved at once, as one problem of impulses and one of contact forces. docs/model
 import numpy as np
 
 from damper.engine import model as declared
-from damper.engine.compiled import compiled, compiled_apart
+from damper.engine.compiled import compiled_apart
 from damper.engine.forcing import horizon
 from damper.engine.model import Step
 from damper.engine.search import GAVE_UP, HORIZON, point_at
@@ -93,7 +93,7 @@ def _following(model, segment, start):
     return _fly(model, s, start)
 
 
-@compiled
+@compiled_apart
 def _complete(model, s, start, tau):
     """The end of a tail: its masses stick."""
     here, _ = all_after(model, s, start, tau, -1, 0.0)
@@ -110,7 +110,7 @@ def _complete(model, s, start, tau):
     return Step(tau, True, False, 1, report_first(model, here, 0.0), begun)
 
 
-@compiled
+@compiled_apart
 def _fly(model, s, start):
     """Go to the first event of all."""
     count = len(s.bodies)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.compiled import compiled
+from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.impact import YieldingRestitution
 from damper.engine.oscillator import Oscillator
 from damper.engine.tuples import reader
@@ -146,58 +146,58 @@ def size_of(of: Any) -> int:
     return of.table.shape[1]
 
 
-@compiled
+@compiled_apart
 def stiffness_in(of: Any) -> np.ndarray:
     """(N,) squares of the frequencies."""
     return of.table[0]
 
 
-@compiled
+@compiled_apart
 def push_in(of: Any) -> np.ndarray:
     """(N,) accelerations by the force's shape, >= 0."""
     return of.table[1]
 
 
-@compiled
+@compiled_apart
 def pull_in(of: Any) -> np.ndarray:
     """(N,) constant accelerations."""
     return of.table[2]
 
 
-@compiled
+@compiled_apart
 def weights_in(of: Any) -> np.ndarray:
     """(m, N) displacements of the boxes less those of the free masses."""
     return of.table[3 : 3 + of.number]
 
 
-@compiled
+@compiled_apart
 def box_in(of: Any, k: int) -> np.ndarray:
     """(N,) displacements of the box of a free mass less its own."""
     return of.table[3 + k]
 
 
-@compiled
+@compiled_apart
 def drag_in(of: Any) -> np.ndarray:
     """(N, N) damping."""
     first = 3 + of.number
     return of.table[first : first + size_of(of)]
 
 
-@compiled
+@compiled_apart
 def shapes_in(of: Any) -> np.ndarray:
     """(N, N) coordinates, a column for each mode; first those of the structure alone."""
     first = 3 + of.number + size_of(of)
     return of.table[first : first + size_of(of)]
 
 
-@compiled
+@compiled_apart
 def inverse_in(of: Any) -> np.ndarray:
     """(N, N) modes, a column for each coordinate."""
     first = 3 + of.number + 2 * size_of(of)
     return of.table[first : first + size_of(of)]
 
 
-@compiled
+@compiled_apart
 def table_of(
     stiffness: np.ndarray,
     push: np.ndarray,

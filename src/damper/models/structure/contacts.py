@@ -115,7 +115,7 @@ def impulses_of(matrix: np.ndarray, least: np.ndarray, chosen: np.ndarray) -> np
     return found
 
 
-@compiled
+@compiled_apart
 def is_kicked(matrix: np.ndarray, impulses: np.ndarray, k: int) -> bool:
     """Whether impulses in other gaps open that of a mass that sticks, by more than roundoff."""
     gained, size = dot(matrix[k], impulses), dot(np.abs(matrix[k]), impulses)
@@ -191,7 +191,7 @@ def decide_contacts(model: OnStructure, s: StructureSegment, mode: float) -> Non
                 b[CAUSE] = STICK
 
 
-@compiled
+@compiled_apart
 def settle(model: OnStructure, s: StructureSegment, impulses: np.ndarray) -> None:
     """Apply impulses in the gaps, in place."""
     s.modes[VELOCITY] += pushed(model, s.bodies, impulses)

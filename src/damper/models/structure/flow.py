@@ -119,7 +119,7 @@ def begin_after(model: OnStructure, s: StructureSegment, system: JoinedSystem) -
     return ModalStart(system, modes, phase)
 
 
-@compiled
+@compiled_apart
 def _coordinates(model, s, system, order):
     """Displacements (order 0) or velocities (1) of all coordinates of a system."""
     n = size_of(model)
@@ -152,7 +152,7 @@ def compliance(model: OnStructure, bodies: np.ndarray) -> np.ndarray:
     return found
 
 
-@compiled
+@compiled_apart
 def pushed(model: OnStructure, bodies: np.ndarray, impulses: np.ndarray) -> np.ndarray:
     """Change of the modes' velocities by impulses in the gaps."""
     found = np.zeros(size_of(model))
@@ -162,7 +162,7 @@ def pushed(model: OnStructure, bodies: np.ndarray, impulses: np.ndarray) -> np.n
     return found
 
 
-@compiled
+@compiled_apart
 def impulses_to_rest(model: OnStructure, bodies: np.ndarray, rests: np.ndarray) -> np.ndarray:
     """Impulses in the gaps by which the rates of those that are marked vanish."""
     return solve(compliance(model, bodies), -bodies[:, RATE], rests)
@@ -199,7 +199,7 @@ def rates_in(
     return found
 
 
-@compiled
+@compiled_apart
 def _next_rate(system, force, order, lower, upper):
     """The derivative of an order above two others; `order` counts those of the force."""
     found = push_in(system) * force - stiffness_in(system) * lower - times(drag_in(system), upper)

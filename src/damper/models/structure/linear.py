@@ -14,7 +14,7 @@ from damper.engine.roundoff import EPSILON
 _MOST_SWEEPS = 60
 
 
-@compiled
+@compiled_apart
 def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Matrix times vector; of a vector longer than that only the first entries count."""
     found = np.zeros(matrix.shape[0])
@@ -37,7 +37,7 @@ def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return found
 
 
-@compiled
+@compiled_apart
 def dot(a: np.ndarray, b: np.ndarray) -> float:
     """Sum of products."""
     total = 0.0

@@ -3,7 +3,7 @@
 import numpy as np
 
 from damper.engine import model as declared
-from damper.engine.compiled import compiled
+from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.segment import (
     COLUMNS,
     FLIGHT,
@@ -98,7 +98,7 @@ def _write_row(model, row, segment, duration):
             place += 1
 
 
-@compiled
+@compiled_apart
 def report_first(model: OnStructure, s: StructureSegment, loss: float) -> StructureSegment:
     """The segment with the fields of the first mass whose cause is not told; in place."""
     k = first_to_tell(s.bodies)

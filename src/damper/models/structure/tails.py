@@ -41,6 +41,11 @@ from damper.models.structure.flow import (
 )
 from damper.models.structure.linear import dot, times
 
+#: Speed over a time that counts as none, beyond which a mass is not at rest.
+_SLOW = 1e6
+#: Part of two masses' own share below which what one's impact does to the other is roundoff.
+_NO_COUPLING = 1e-12
+
 
 class StructureChatter(NamedTuple):
     """Rest of a chatter sequence."""
@@ -69,7 +74,7 @@ def close(model: OnStructure, s: StructureSegment, start: ModalStart) -> bool:
         if not _may_end(bodies, start, k):
             continue
         chatter = _chatter_of(model, s, start, k)
-        if chatter.left <= longest:
+        if chatter.left <= longest or _is_braked(model, bodies, start, k):
             any_rests, rests[k] = True, True
         elif bodies[k, CAUSE] == IMPACT and _is_undisturbed(model, s, start, k, chatter):
             for j in range(len(bodies)):
@@ -79,6 +84,24 @@ def close(model: OnStructure, s: StructureSegment, start: ModalStart) -> bool:
     if any_rests:
         _rest(model, s, rests)
     return any_rests
+
+
+@compiled_apart
+def _is_braked(model, bodies, start, k):
+    """Whether a mass that bounces in no time loses its speed to one that is less elastic."""
+    b, longest = bodies[k], negligible(model.tolerance)
+    bent = dot(box_in(start.system, k), start.modes[2]) + start.system.own[FALLS, k]
+    if 2.0 * b[RATE] > longest * -b[SIDE] * bent:
+        return False
+    matrix = compliance(model, bodies)
+    found = False
+    for j in range(len(bodies)):
+        c = bodies[j]
+        near = c[MODE] == FLIGHT and c[GAP] <= longest and abs(c[RATE]) <= _SLOW * longest
+        loses = law_of(mass_in(model.masses, j), float(c[SIDE])).restitution < 1.0
+        bound = abs(matrix[j, k]) > _NO_COUPLING * math.sqrt(matrix[j, j] * matrix[k, k])
+        found = found or bool(j != k and near and loses and bound)
+    return found
 
 
 @compiled
@@ -113,7 +136,7 @@ def _rest(model, s, rests):
             b[MODE], b[COMPLETION], b[GAP] = TAIL, 0.0, 0.0
 
 
-@compiled
+@compiled_apart
 def _in_step(model, bodies, k, j):
     """Whether a mass bounces in step with another: their gaps are the same, number by number."""
     b, c = bodies[k], bodies[j]
@@ -129,7 +152,7 @@ def _in_step(model, bodies, k, j):
     return alike and bool(np.all(box_in(model, k) == box_in(model, j)))
 
 
-@compiled
+@compiled_apart
 def _yield_of(model, s, start, k):
     """Change of a gap's rate by an impulse that all masses in step with it share."""
     own = 1.0 / mass_in(model.masses, k).mass
