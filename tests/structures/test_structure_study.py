@@ -100,6 +100,7 @@ def test_a_structure_is_read_from_files_beside_the_study(tmp_path):
     )
     by_file = study_of(tmp_path, structure={"modes": "beam.csv", "force": "middle"})
     assert by_file.damper == study_of(tmp_path).damper
+    assert by_file.force_files == {"modes": str(tmp_path / "beam.csv")}
     np.savez(tmp_path / "m.npz", M=np.eye(2), K=[[2.0, -1.0], [-1.0, 1.0]])
     found = {"matrices": "m.npz", "boxes": {"tip": 1}, "force": 0}
     made = study_of(tmp_path, structure=found, axes={}, figures={}, tables={}).damper.structure

@@ -215,9 +215,10 @@ def _load(
         study._name, study._folder = path.stem, path.parent
         if isinstance(study, Study) and not checked:
             check_study(study)
-        mistakes = Mistakes()
-        study.check_files(mistakes)
-        mistakes.raise_any()
+        if not checked:
+            mistakes = Mistakes()
+            study.check_files(mistakes)
+            mistakes.raise_any()
     except ValidationError as error:
         problems += [_blame(loc, file, parts, prefix, report) for loc, report in mistakes_of(error)]
     if problems:

@@ -237,6 +237,16 @@ class StructureStudy(StudyFile):
         )
         return made.having(first) if first else made
 
+    @property
+    def force_files(self) -> dict[str, str]:
+        """Files beside the study that its runs are of: name -> path."""
+        modes, matrices = self.structure.modes, self.structure.matrices
+        named = {"matrices": matrices} if isinstance(matrices, str) else matrices or {}
+        named = named | ({"modes": modes} if isinstance(modes, str) else {})
+        found = {name: str(self._folder / path) for name, path in named.items()}
+        samples = self.forcing.path(self._folder)
+        return found | ({} if samples is None else {"samples": str(samples)})
+
     def check_files(self, mistakes: Mistakes) -> None:
         """Note what is refused when all files are read and every end of an axis is tried."""
         try:
