@@ -301,3 +301,12 @@ def test_words_name_walls_and_carrier() -> None:
             Parameters(**{**TABLE, "restitution": 0.5, name: word})
     with pytest.raises(ValueError, match="response does not know a prescribed box"):
         simulate(**TABLE, restitution=0.5, observers=["response"], periods=1)
+
+
+@pytest.mark.parametrize(("walls", "lines"), [("left", 1), ("both", 2)])
+def test_figures_show_the_walls_that_there_are(walls: str, lines: int) -> None:
+    values = {**TABLE, "walls": walls, "clearance": 0.5, "restitution": 0.5, "until": 5.0}
+    above, *_ = damper.run(**values).plot().axes
+    drawn = [line for line in above.get_lines() if line.get_color() == "#777777"]
+    assert len(drawn) == lines
+    assert bool(above.collections) == (walls == "both")

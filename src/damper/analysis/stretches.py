@@ -126,6 +126,12 @@ def half_gap(place: xr.Dataset) -> float:
     raise ValueError("the cube has lost how far the walls are apart")
 
 
+def sides(place: xr.Dataset) -> tuple[float, ...]:
+    """Sides with a wall: -1 left, 1 right."""
+    one = float(place.coords.get("walls", 0.0))
+    return (one,) if one else (-1.0, 1.0)
+
+
 def rows_between(time: np.ndarray, start: float, stop: float | None) -> slice:
     """Rows from `start` to `stop`, and one beyond each, so that lines reach the panel's edges.
 

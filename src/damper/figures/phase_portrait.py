@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis.sections import period_of
-from damper.analysis.stretches import MOTION_VARIABLES, half_gap
+from damper.analysis.stretches import MOTION_VARIABLES, half_gap, sides
 from damper.figures.common.layout import section_text, select
 from damper.figures.common.panels import finish, note_empty_panel, panel_grid, parts, title
 from damper.figures.common.style import BLACK, BLUE, VARIABLE_SYMBOLS, VERMILION, label
@@ -90,7 +90,7 @@ def _relative(ax: Axes, run: xr.Dataset, text: str) -> None:
     _line(ax, gap, rate, _RELATIVE)
     if clearance > 0.0:
         edge = (1.0 + _MARGIN) * clearance
-        for side in (-1.0, 1.0):
+        for side in sides(run):
             ax.axvspan(side * clearance, side * edge, zorder=0.5, **_BEYOND)
             ax.axvline(side * clearance, zorder=1.0, **_WALL)
         low, high = ax.get_xlim() if ax.has_data() else (-edge, edge)

@@ -126,7 +126,8 @@ def draw(results: Mapping[str, Any], settings: TrajectoryFigure) -> Figure:
         text = f"{left_out} events did not fit: corners may be cut (observers: trajectory: events)"
         above[0].set_title(text, loc="right")
     handles = [legend_line("primary without damper", **_WITHOUT)] if _ALONE in piece else []
-    return finish(figure, place, settings.caption, [*handles, *_handles(lines, stuck)])
+    both = len(stretches.sides(piece)) == 2
+    return finish(figure, place, settings.caption, [*handles, *_handles(lines, stuck, both)])
 
 
 def _symbols(mass: str) -> tuple[str, str]:
@@ -209,8 +210,10 @@ def draw_drive(ax: Axes, time: np.ndarray, piece: xr.Dataset) -> None:
 
 def _walls(ax: Axes, time: np.ndarray, piece: xr.Dataset, raster: Mapping[str, Any]) -> None:
     x, clearance = piece.trajectory_displacement.values, stretches.half_gap(piece)
-    ax.fill_between(time, x - clearance, x + clearance, zorder=0.5, **_BETWEEN, **raster)
-    for wall in (x - clearance, x + clearance):
+    walls = [x + side * clearance for side in stretches.sides(piece)]
+    if len(walls) == 2:
+        ax.fill_between(time, walls[0], walls[1], zorder=0.5, **_BETWEEN, **raster)
+    for wall in walls:
         ax.plot(time, wall, zorder=1.0, **_WALL, **raster)
 
 
@@ -222,10 +225,11 @@ def _shade_sticking(ax: Axes, time: np.ndarray, piece: xr.Dataset) -> bool:
     return bool(spans)
 
 
-def _handles(free: Mapping[str, Mapping[str, Any]], stuck: bool) -> list[Artist]:
+def _handles(free: Mapping[str, Mapping[str, Any]], stuck: bool, both: bool) -> list[Artist]:
+    between = legend_patch("between the walls", facecolor="#E8E8E8", edgecolor="#777777", lw=0.5)
     return [
         legend_line("primary $x$", **_PRIMARY),
         *(legend_line(text, **line) for text, line in free.items()),
-        legend_patch("between the walls", facecolor="#E8E8E8", edgecolor="#777777", lw=0.5),
+        between if both else legend_line("wall", **_WALL),
         *([legend_patch("sticking", **style.STUCK)] if stuck else []),
     ]
