@@ -16,8 +16,8 @@ include: "workflow/rules/verify.smk"
 include: "workflow/rules/report.smk"
 
 
-if VERIFY:
-    sys.exit(verify(os.environ["DAMPER_VERIFY"].split()))
+if VERIFY is not None:
+    sys.exit(verify(VERIFY.split()))
 
 
 # They take seconds: a cluster's queue is not asked.

@@ -102,14 +102,14 @@ def job(wildcards, output):
 RERUN_MARK = ".snakemake/rerun"
 # What is known of the bytes of results; `damper verify` reads them all.
 RECORD = Path(".snakemake/checked")
-VERIFY = "DAMPER_VERIFY" in os.environ
+VERIFY = os.environ.get("DAMPER_VERIFY")  # the names of studies; all of them where it is empty
 
 
 # Not in a process that makes one job of a run, such as on a cluster.
 if workflow.is_main_process:
     RECORD.parent.mkdir(exist_ok=True)
     Path(RERUN_MARK).touch()
-    if VERIFY:
+    if VERIFY is not None:
         RECORD.unlink(missing_ok=True)
     elif text := redate(RESULTS, STARTED):
         print(text, file=sys.stderr)
