@@ -181,7 +181,8 @@ CONSUMERS: dict[Callable[[dict[str, float]], Any], tuple[str, ...]] = {
     si: (),
     start: (*FREE_MASS, "initial_relative_velocity"),
     motions: INITIAL,
-    prediction: ("clearance", *INITIAL),
+    # It is that of speeds below the yield speed.
+    prediction: ("clearance", "yield_exponent", *INITIAL),
     largest: ("clearance", "phase", *INITIAL),
     gap: ("mass_ratio", "restitution", "phase", *INITIAL),
 }

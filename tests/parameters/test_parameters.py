@@ -13,6 +13,7 @@ from scenes import GENERIC, SI
 
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.quantities import ALL, PARAMETER_NAMES
+from damper.parameters.tables import WALL_TABLES
 
 MISTAKES = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())
 GOOD = GENERIC | {"phase": 0.25}
@@ -113,11 +114,11 @@ def test_fields_are_the_declarations(kind: type) -> None:
     fields = [
         field
         for field in dataclasses.fields(kind)
-        if field.name not in ("forcing", "masses", "structure")
+        if field.name not in ("forcing", "masses", "structure", *WALL_TABLES)
     ]
     assert [field.name for field in fields] == [quantity.name for quantity in kind.quantities]
     for quantity, field in zip(kind.quantities, fields, strict=True):
-        required = field.default is dataclasses.MISSING
+        required = field.default is dataclasses.MISSING or quantity.unless
         assert quantity.default == (None if required else field.default)
         assert f"\n{quantity.name} : float" in kind.__doc__
         # Lengths are scaled by the force, so that in SI units it has to be given.

@@ -17,6 +17,7 @@ from referencing.jsonschema import DRAFT202012
 
 from damper.parameters.models import ON_PRIMARY
 from damper.parameters.quantities import ALL, MODEL_NAMES, SI_ONLY
+from damper.parameters.tables import WALL_TABLES
 from damper.study import reference
 from damper.study.config import ConfigError, load_config, load_study
 from damper.study.forcing import FORCES
@@ -312,7 +313,7 @@ def test_template_has_every_key(whole):
         # All figures have it; the template explains it once.
         assert set(cls.model_fields) - {"see"} == shown - {"see"}, cls.__name__
     assert any("see" in figure for figure in whole["figures"].values())
-    assert set(whole["parameters"]) | set(whole["axes"]) == set(ALL)
+    assert set(whole["parameters"]) | set(whole["axes"]) == {*ALL, *WALL_TABLES}
 
 
 def test_template_explains_every_key():

@@ -15,6 +15,7 @@ from damper import State, simulate
 from damper.engine.compiled import plain
 from damper.observers.common.laws import broken
 from damper.parameters.quantities import ALL
+from damper.parameters.tables import WALL_TABLES
 from damper.sweep.runs import run_points
 
 SHORT: dict[str, Any] = {"transient": 3, "periods": 4}
@@ -150,7 +151,8 @@ def test_arguments_are_the_quantities_and_the_settings() -> None:
     assert [*parameters][: len(ALL)] == [*ALL]
     assert [*parameters][len(ALL) :] == [
         *("transient", "periods", "accuracy", "max_events"),
-        *("observers", "follow", "initial", "forcing", "masses", "draws", "state", "workers"),
+        *("observers", "follow", "initial", "forcing", "masses", *WALL_TABLES),
+        *("draws", "state", "workers"),
     ]
     for name in parameters:
         assert name in simulate.__doc__

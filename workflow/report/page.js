@@ -414,6 +414,7 @@ damper.draw = (place) => {
     const unknown = data.parameters.filter((one) => !one.known && values[one.name] !== one.default).map((one) => one.label);
     if (!data.forces.includes(data.forcing)) unknown.push(`the force “${data.forcing}”`);
     if (data.masses > 1) unknown.push(`${data.masses} free masses`);
+    if (data.tables) unknown.push("a table of the restitution");
     const { transient, periods } = data.run;
     if (![transient, periods].every(Number.isInteger)) unknown.push("runs whose length is a time, not cycles");
     shown = moving = null;

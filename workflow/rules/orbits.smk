@@ -14,7 +14,7 @@ def orbits_settings(study):
         "fixed": study.fixed,
         "axes": study.axis_values,
         "forcing": study.forcing_settings.get("forcing"),
-        **({"masses": len(study.masses)} if study.masses else {}),
+        **study.beside,
         "at": study.observer_settings().get("stroboscopic_section", {}).get("at", 0.0),
         "code": digest("orbits.py", *simulation_modules(study)),
     }

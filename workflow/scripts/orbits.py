@@ -14,7 +14,13 @@ job = snakemake.params.job
 # Many short runs, known to be worth it.
 compile_at_once()
 branches = follow_orbits(
-    job["orbits"], job["fixed"], job["axes"], job["at"], job["forcing"], job.get("masses", 0)
+    job["orbits"],
+    job["fixed"],
+    job["axes"],
+    job["at"],
+    job["forcing"],
+    job.get("masses", 0),
+    job.get("tables"),
 )
 for name in job["axes"]:
     branches[name].attrs["axis"] = 1

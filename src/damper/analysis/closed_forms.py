@@ -11,6 +11,7 @@ from damper.analysis.places import own_values
 from damper.parameters import Parameters, Units
 from damper.parameters.lazy import xr
 from damper.parameters.quantities import INITIAL_NAMES, PARAMETER_NAMES, SI_NAMES, quantities_in
+from damper.parameters.tables import beside_numbers
 from damper.sweep.points import read_point
 from damper.sweep.record import force_of, masses_of
 from damper.theory import require_basic
@@ -91,5 +92,5 @@ def _scalars(place: xr.Dataset) -> dict[str, Any]:
     names = (n for n in quantities_in(place.coords) if n not in INITIAL_NAMES)
     scalar = (n for n in names if place[n].ndim == 0)
     values: dict[str, Any] = {n: float(own_values(place, n, place[n].values)) for n in scalar}
-    values |= {name: [{}] * count for name, count in masses_of(place).items()}
+    values |= beside_numbers(**masses_of(place))
     return values | force_of(place)

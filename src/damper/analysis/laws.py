@@ -15,6 +15,7 @@ from damper.parameters.lazy import pd, xr
 from damper.parameters.masses import split
 from damper.parameters.named import damper_of
 from damper.parameters.quantities import ALL, DIMENSIONLESS_NAMES, PARAMETER_NAMES
+from damper.parameters.tables import beside_numbers
 from damper.parameters.variables import STATUS_MEANINGS
 from damper.sweep.record import masses_of, setting_of
 
@@ -126,8 +127,11 @@ def runs_of(cube: xr.Dataset) -> pd.DataFrame:
     defaults = {n: ALL[n].default for n in DIMENSIONLESS_NAMES if n not in runs}
     runs = runs.assign(**defaults, periods=periods)
     names = [*PARAMETER_NAMES, *filter(split, runs)]
-    masses: dict[str, Any] = {name: [{}] * count for name, count in masses_of(cube).items()}
-    dampers: list[Any] = [damper_of(values | masses) for values in runs[names].to_dict("records")]
+    others = beside_numbers(**masses_of(cube))
+    dampers: list[Any] = [
+        damper_of({n: v for n, v in values.items() if v is not None} | others)
+        for values in runs[names].to_dict("records")
+    ]
     return runs.assign(
         model=[damper.model for damper in dampers],
         support_damping=[damper.support_damping_ratio for damper in dampers],

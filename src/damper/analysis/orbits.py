@@ -12,6 +12,7 @@ import xarray as xr
 from damper.parameters.forcing import forcing_of
 from damper.parameters.named import damper_of, value_of
 from damper.parameters.quantities import ALL, INITIAL_NAMES, quantities_in
+from damper.parameters.tables import beside_numbers
 from damper.parameters.variables import LENGTH, SPEED, Variable
 from damper.sweep.cube import described, described_all
 from damper.sweep.orbits.arcs import run_arc
@@ -60,6 +61,7 @@ def follow_orbits(
     at: float = 0.0,
     forcing: Mapping[str, Any] | None = None,
     masses: int = 0,
+    tables: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """Follow periodic motions along an axis, at each place of the other axes.
 
@@ -79,6 +81,8 @@ def follow_orbits(
     masses : int, default 0
         Number of listed free masses; a constant of a single mass is a quantity such as
         `clearance_1`.
+    tables : mapping, optional
+        Tables of the restitution, as for `damper.parameters.tables.beside_numbers`.
 
     Returns
     -------
@@ -93,7 +97,7 @@ def follow_orbits(
     # Where a study's runs start is none of a motion's parameters.
     own = {name: value for name, value in fixed.items() if name not in INITIAL_NAMES}
     every: dict[str, Any] = {} if forcing is None else {"forcing": forcing_of(forcing)}
-    every |= {"masses": [{}] * masses} if masses else {}
+    every |= beside_numbers(masses, tables)
     for name, entry in entries.items():
         along = entry["along"]
         at_only = {axis: (value,) for axis, value in entry.get("at", {}).items()}

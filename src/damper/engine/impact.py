@@ -12,6 +12,8 @@ for each wall (`DifferingWalls`); `law_at` chooses the wall's law.
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class, by_class_or_default
 
@@ -95,6 +97,49 @@ def _yielding(law, approach_speed):
 def _yielding_slope(law, approach_speed):
     r = restitution_at(law, approach_speed)
     return r if approach_speed <= law.yield_speed else (1.0 - law.yield_exponent) * r
+
+
+class TabledRestitution(NamedTuple):
+    """Restitution by a table: linear in log v between its rows, constant before and beyond them."""
+
+    table: np.ndarray
+    """Rows (v, r) at rising speeds; the last one may be repeated."""
+
+
+@compiled
+def _in_table(table, speed):
+    """Restitution at a speed, and its derivative by the logarithm of the speed."""
+    last = len(table) - 1
+    if speed > table[0, 0]:
+        for k in range(last):
+            low, high = float(table[k, 0]), float(table[k + 1, 0])
+            if speed <= high:
+                r = float(table[k, 1])
+                slope = (float(table[k + 1, 1]) - r) / math.log(high / low)
+                return r + slope * math.log(speed / low), slope
+        return float(table[last, 1]), 0.0
+    return float(table[0, 1]), 0.0
+
+
+@restitution_at.of(TabledRestitution)
+def _tabled(law, approach_speed):
+    return _in_table(law.table, approach_speed)[0]
+
+
+@rebound_slope.of(TabledRestitution)
+def _tabled_slope(law, approach_speed):
+    r, slope = _in_table(law.table, approach_speed)
+    return r + slope
+
+
+@restitution_change.of(TabledRestitution)
+def _tabled_change(law, approach_speed):
+    limit = float(law.table[0, 1])
+    change = abs(_in_table(law.table, approach_speed)[0] - limit)
+    for k in range(len(law.table)):
+        if law.table[k, 0] < approach_speed:
+            change = max(change, abs(float(law.table[k, 1]) - limit))
+    return change
 
 
 #: Name -> class, whose fields are those of `damper.Parameters` that it takes.

@@ -8,8 +8,10 @@ import math
 from importlib import import_module
 from typing import Any
 
+import numpy as np
+
 from damper.engine.compiled import plain
-from damper.engine.impact import LAWS, DifferingWalls
+from damper.engine.impact import LAWS, DifferingWalls, TabledRestitution
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS, Trajectory
 from damper.models.forces import drive_of, primary_of
 from damper.models.walls import box_at, slack
@@ -109,6 +111,9 @@ def _boxes_at(parameters: Any, state: State) -> list[float]:
 
 def law_of(parameters: Parameters) -> Any:
     """Contact law of a run."""
+    if parameters.law == "tabled":
+        left, right = (TabledRestitution(np.array(rows)) for rows in parameters.tables)
+        return right if np.array_equal(*parameters.tables) else DifferingWalls(left, right)
     law = LAWS[parameters.law]
     right = law(*[getattr(parameters, name) for name in law._fields])
     if parameters.restitution_left == math.inf:

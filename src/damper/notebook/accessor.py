@@ -15,6 +15,7 @@ from damper.parameters.lazy import Figure
 from damper.parameters.named import damper_of
 from damper.parameters.names import unknown_name
 from damper.parameters.quantities import quantities_in
+from damper.parameters.tables import beside_numbers
 from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
 from damper.sweep.record import followed, force_of, masses_of, primary_of, settings_of
 from damper.sweep.runs import last_of_chain
@@ -104,7 +105,7 @@ class CubeAccessor:
         primary = primary_of(self._cube)
         place = self._cube.sel(self._place(point))
         values: dict[str, Any] = fixed_values(place) | force_of(place)
-        values |= {name: [{}] * count for name, count in masses_of(place).items()}
+        values |= beside_numbers(**masses_of(place))
         chain = [values]
         for name, along in followed(place).items():
             require_coordinates(place, "direction")

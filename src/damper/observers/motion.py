@@ -96,7 +96,8 @@ class ObservedMotion(Observer):
         # Both masses together feel gravity, too.
         model = self._model
         odd = plain(is_odd)(model.stuck.forcing) and not plain(weight_on)(model.mass)
-        odd = odd and left == right and plain(travel_of)(model) < math.inf
+        alike = all(map(np.array_equal, left, right))
+        odd = odd and alike and plain(travel_of)(model) < math.inf
         self._put({"motion_period": 0})
         for period in range(1, (len(rows) - 1) // 4 + 1):
             later, earlier = states[-2 * period - 1 :], states[-4 * period - 1 : -2 * period]

@@ -17,6 +17,15 @@ from damper.parameters.masses import changed_in, read_masses, value_in
 from damper.parameters.models import models_of
 from damper.parameters.names import OF_A_MASS_SI
 from damper.parameters.quantity import Quantity, QuantityClass, quantity, shared
+from damper.parameters.tables import (
+    TABLE_OF,
+    TABLE_SPEED,
+    WALL_TABLES,
+    Table,
+    listed_tables,
+    read_table,
+    tables_over,
+)
 from damper.parameters.unit_text import number_in
 from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED, Units
 
@@ -58,9 +67,13 @@ class Parameters(QuantityClass):
     forcing : Forcing or str, default Harmonic()
         What drives the damper: `damper.Harmonic`, `NoForce`, `Harmonics`, `Base`, `Unbalance`,
         `Record` or `Noise`, or "harmonic", "none", "base" or "unbalance".
+    restitution_table, restitution_table_left : sequence of (float, float), optional
+        In place of `restitution` and `restitution_left`: rows (approach speed, coefficient) at
+        rising speeds, in units of F0/sqrt(K M). Between two rows the coefficient is linear in the
+        logarithm of the speed, before the first and beyond the last it is constant.
     masses : sequence of mapping, optional
         Several free masses, a mapping for each: its own `mass_ratio`, `clearance`, `restitution`,
-        `restitution_left`, `yield_speed`, `yield_exponent`, `gravity`, `friction`,
+        `restitution_left`, their tables, `yield_speed`, `yield_exponent`, `gravity`, `friction`,
         `support_stiffness_ratio` and `support_damping_ratio`, in place of the values for all
         masses. Its `mass_share` and `clearance_factor` multiply mass ratio and clearance:
         `damper.equal_masses` divides one free mass so.
@@ -128,6 +141,8 @@ class Parameters(QuantityClass):
         definition="of both walls; of the right one where restitution_left is given",
         minimum=0.0,
         maximum=1.0,
+        default=math.inf,
+        unless="restitution_table",
     )
     phase: float = quantity(
         r"$\varphi$",
@@ -315,9 +330,12 @@ class Parameters(QuantityClass):
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
     masses: Any = None
+    restitution_table: Any = None
+    restitution_table_left: Any = None
 
     def __post_init__(self) -> None:
         options = self.check_each()
+        tabled = _read_tables(self.__dict__)
         if self.forcing is not HARMONIC:
             self.__dict__["forcing"] = read_forcing(self.forcing)
             check_force(self.forcing, self.phase, self.force_amplitude, (0.0, 1.0))
@@ -327,7 +345,8 @@ class Parameters(QuantityClass):
                     f"{self.forcing!r} with frequency_ratio = {self.frequency_ratio!r}: has the "
                     f"frequency {fastest:g} sqrt(K/M); must be <= {LARGEST_FREQUENCY:g} sqrt(K/M)"
                 )
-        if options or self.masses is not None or self.mass_ratio in _LIMITS:
+        asks = options or tabled or self.masses is not None or self.restitution == math.inf
+        if asks or self.mass_ratio in _LIMITS:
             check_together(self.__dict__)
             self._check_each()
         else:
@@ -364,11 +383,18 @@ class Parameters(QuantityClass):
             return (self,)
         made, common = [], {name: getattr(self, name) for pair in _FACTORS.items() for name in pair}
         for k, own in enumerate(self.masses):
+            has = dict(own)
+            tables = {name: has.pop(name) for name in WALL_TABLES if name in has}
             try:
                 values: dict[str, Any] = {
-                    name: _QUANTITIES[name].check(value)
-                    for name, value in (common | dict(own)).items()
+                    name: _QUANTITIES[name].check(value) for name, value in (common | has).items()
                 }
+                for name, table in TABLE_OF.items():
+                    # A mass's own restitution is in place of a table of all, and the reverse.
+                    if table in tables:
+                        values |= {name: has.get(name, math.inf), table: tables[table]}
+                    elif name in has:
+                        values[table] = None
                 for factor, name in _FACTORS.items():
                     values[name] *= values[factor]
                     values[factor] = 1.0
@@ -407,6 +433,8 @@ class Parameters(QuantityClass):
     @cached_property
     def law(self) -> str:
         """Which of `damper.engine.impact.LAWS` these parameters ask for."""
+        if any(getattr(self, name) is not None for name in WALL_TABLES):
+            return "tabled"
         return next((q.law for q in _laws(self.__dict__)), "constant")
 
     @property
@@ -414,10 +442,10 @@ class Parameters(QuantityClass):
         """The values that are `given`, but for those of a model or law that is not asked for."""
         own = {"", *models_of(self), self.law}
         forcing = {} if self.forcing == HARMONIC else {"forcing": self.forcing}
-        masses = {} if self.masses is None else {"masses": self.masses}
+        others = {n: v for n in ("masses", *WALL_TABLES) if (v := getattr(self, n)) is not None}
         return (
             forcing
-            | masses
+            | others
             | {
                 q.name: value
                 for q in self.quantities
@@ -427,9 +455,20 @@ class Parameters(QuantityClass):
 
     @property
     def restitutions(self) -> tuple[float, float]:
-        """Coefficients of restitution of the left and of the right wall."""
+        """Coefficients of restitution of the left and of the right wall, at small speeds."""
+        if self.law == "tabled":
+            (at_left, *_), (at_right, *_) = self.tables
+            return at_left[1], at_right[1]
         left = self.restitution_left
         return self.restitution if left == math.inf else left, self.restitution
+
+    @property
+    def tables(self) -> tuple[Table, Table]:
+        """Tables of the left and of the right wall; one row where the restitution is constant."""
+        right = self.restitution_table or ((1.0, self.restitution),)
+        if self.restitution_left != math.inf:
+            return ((1.0, self.restitution_left),), right
+        return self.restitution_table_left or right, right
 
     @property
     def cycle(self) -> float:
@@ -470,6 +509,8 @@ class SIParameters(QuantityClass, shares=Parameters):
         As for `Parameters`, with times in s and frequencies in rad/s. `force_amplitude` is the
         forcing's amplitude B, and sets the unit of length: F0/K of a force, B of the motion of a
         base, B/M of an unbalance, B M/K of the acceleration of a base.
+    restitution_table, restitution_table_left : sequence of (float, float), optional
+        As for `Parameters`, with speeds in m/s.
     masses : sequence of mapping, optional
         As for `Parameters`, with `free_mass`, `gap`, `friction_coefficient`, `support_stiffness`
         and `support_damping` in place of the dimensionless quantities.
@@ -528,7 +569,7 @@ class SIParameters(QuantityClass, shares=Parameters):
         definition="without its own size; the clearance is half of it",
         minimum=0.0,
     )
-    restitution: float = shared()
+    restitution: float = shared(default=math.inf)
     phase: float = shared(default=0.0)
 
     _: KW_ONLY
@@ -594,6 +635,8 @@ class SIParameters(QuantityClass, shares=Parameters):
     forcing: Any = HARMONIC
     masses: Any = None
     structure: Any = None
+    restitution_table: Any = None
+    restitution_table_left: Any = None
 
     def __new__(cls, *values: Any, structure: Any = None, **named: Any) -> Any:
         if structure is None:
@@ -608,6 +651,7 @@ class SIParameters(QuantityClass, shares=Parameters):
         unit = self.forcing.si_unit
         own["force_amplitude"] = number_in("force_amplitude", self.force_amplitude, [unit])
         self.check_each()
+        _read_tables(self.__dict__)
         if self.masses is not None:
             units = {q.name: q.units for q in self.quantities}
             own["masses"] = read_masses(self.masses, OF_A_MASS_SI, units)
@@ -655,7 +699,7 @@ class SIParameters(QuantityClass, shares=Parameters):
         given["forcing"] = parameters.forcing.over(1.0 / units.time)
         for q, (own, *others) in _SCALED:
             value = getattr(parameters, q.name)
-            if value != q.default:
+            if value != (math.inf if q.unless else q.default):
                 given |= {name: _BESIDE[name] for name in others if name in _BESIDE}
                 # Each ratio is in proportion to its own counterpart.
                 given[own] = value / _scaled(q, primary | {own: 1.0}, units)
@@ -670,8 +714,10 @@ class SIParameters(QuantityClass, shares=Parameters):
                     for q, (own, *_) in _SCALED
                     if q.name in dict(mass)
                 }
+                | tables_over(dict(mass), 1.0 / units.speed)
                 for mass in parameters.masses
             ]
+        given |= tables_over({**vars(parameters), "masses": None}, 1.0 / units.speed)
         return cls.unchecked(**given)
 
     @cached_property
@@ -679,21 +725,28 @@ class SIParameters(QuantityClass, shares=Parameters):
         """The scaled parameters."""
         values, units = self.__dict__, self.units
         # 0, 1 and infinity are the same in both systems.
-        given = {names[0] for q, names in _SCALED if values[names[0]] != q.default}
+        given = {
+            names[0]
+            for q, names in _SCALED
+            if values[names[0]] != (math.inf if q.unless else q.default)
+        }
         scaled = _scaled_values(values, values, given, units)
         scaled["force_amplitude"] = float(values["force_amplitude"] != 0.0)
-        check_together(_DEFAULTS | scaled, SI_NAME, values)
+        tables = tables_over({**values, "masses": None}, units.speed)
+        check_together(_DEFAULTS | scaled | tables, SI_NAME, values)
         masses: Any = None if self.masses is None else []
         for k, own in enumerate(self.masses or ()):
-            here = values | dict(own)
+            has = dict(own)
+            here = values | has
             try:
-                changes = _scaled_values(values, here, dict(own), units)
+                changes: dict[str, Any] = _scaled_values(values, here, has, units)
                 check_together(_DEFAULTS | scaled | changes, SI_NAME, here)
             except ValueError as error:
                 raise ValueError(f"mass {k}: {error}") from None
-            masses.append(changes)
+            masses.append(changes | tables_over(has, units.speed))
         # Values at their defaults are left out.
-        return Parameters.unchecked(**scaled, forcing=self.forcing.over(units.time), masses=masses)
+        forcing = self.forcing.over(units.time)
+        return Parameters.unchecked(**scaled, **tables, forcing=forcing, masses=masses)
 
     @cached_property
     def units(self) -> Units:
@@ -742,6 +795,8 @@ class SIParameters(QuantityClass, shares=Parameters):
         for key, value in _all_scaled(having(2.0 * own or 1.0)).items():
             if value != here[key]:
                 linear = value - here[key]
+                if key == TABLE_SPEED:
+                    value, linear, here[key] = value / here[key], linear / here[key], 1.0
                 found[key] = here[key] * math.log2(value / here[key]) / own if own else linear
         return found
 
@@ -753,6 +808,7 @@ _SCALED = tuple((q, q.si_names) for q in Parameters.quantities if q.name != "for
 #: SI quantities that are formed from another one, with their defaults.
 _BESIDE = {"inclination": 90.0, "transverse_acceleration": 1.0}
 _DEFAULTS = {q.name: q.default for q in Parameters.quantities if q.default is not None}
+_DEFAULTS |= {q.name: math.inf for q in Parameters.quantities if q.unless}
 _QUANTITIES = {q.name: q for q in Parameters.quantities}
 #: Factor of each of several masses -> its quantity.
 _FACTORS = {"mass_share": "mass_ratio", "clearance_factor": "clearance"}
@@ -828,13 +884,19 @@ def check_together(
     if len(asked) > 1 and {*asked} not in _TOGETHER:
         words = (f"{', '.join(map(named, names))} ({model})" for model, names in asked.items())
         raise ValueError(f"{' and '.join(words)} ask for different models: give those of one")
-    laws = _laws(values)
-    if len({q.law for q in laws}) > 1:
-        words = (f"{named(q.name)} ({q.law})" for q in laws)
+    laws = [(q.name, q.law) for q in _laws(values)]
+    laws += [(name, "tabled") for name in WALL_TABLES if values.get(name)]
+    if len({law for _, law in laws}) > 1:
+        words = (f"{named(name)} ({law})" for name, law in laws)
         raise ValueError(f"{' and '.join(words)} ask for different contact laws: give one")
     _check_several(values, asked, named)
     _check_box(values, asked, named, given)
     _check_limits(values, asked, named, given)
+    for name, table in TABLE_OF.items():
+        if values[name] != math.inf and values.get(table):
+            raise ValueError(
+                f"{name} = {values[name]!r} and {table}: the table says it; leave one of them out"
+            )
     for name, does in (
         ("gravity", "weighs {:g} F0 along its box"),
         ("friction", "rubs by {:g} F0"),
@@ -949,9 +1011,9 @@ def _check_several(
 
 
 def _check_compliant(values: Mapping[str, Any], named: Callable[[str], str]) -> None:
-    for q in _laws(values):
+    for name in (*(q.name for q in _laws(values)), *filter(values.get, WALL_TABLES)):
         raise ValueError(
-            f"{named(q.name)} and {named(_STIFFNESS)}: compliant contact has a constant "
+            f"{named(name)} and {named(_STIFFNESS)}: compliant contact has a constant "
             "restitution; leave out one of the two"
         )
     for name in ("restitution", "restitution_left"):
@@ -991,6 +1053,20 @@ def _laws(values: Mapping[str, Any]) -> list[Quantity]:
     return [q for q in _OF_LAWS if values[q.name] != q.default]
 
 
+def _read_tables(values: dict[str, Any]) -> bool:
+    """Check the tables of a damper in place; whether it has any.
+
+    TypeError where neither a restitution nor a table is given, for all masses or for one alone.
+    """
+    given = [name for name in WALL_TABLES if values[name] is not None]
+    for name in given:
+        values[name] = read_table(name, values[name])
+    needs = values["masses"] is None and values["restitution_table"] is None
+    if needs and values["restitution"] == math.inf:
+        raise TypeError("missing parameters: restitution, or a restitution_table")
+    return bool(given)
+
+
 def _referred(values: Mapping[str, Any]) -> dict[str, float]:
     """A damper in SI units with the force F0 of which F0/K is the unit of length.
 
@@ -1022,6 +1098,8 @@ def _all_scaled(values: Mapping[str, Any]) -> dict[str, float]:
     values = _referred(values)
     units = _units(values)
     sizes = {unit: units.size(unit) for unit in (LENGTH, SPEED)}
+    if listed_tables(values):
+        sizes[TABLE_SPEED] = 1.0 / units.speed
     own = {
         f"{q.name}_{k}": _scaled(q, values | dict(mass), units)
         for k, mass in enumerate(masses)

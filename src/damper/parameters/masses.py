@@ -9,6 +9,7 @@ from typing import Any
 
 from damper.parameters.names import OF_A_MASS, OF_ANY_MASS, unknown_name
 from damper.parameters.quantity import in_range, real, whole
+from damper.parameters.tables import WALL_TABLES, read_table
 from damper.parameters.unit_text import number_in
 
 #: Most masses of a damper.
@@ -17,7 +18,7 @@ MOST_MASSES = 100
 EQUAL = ("count", "clearance_spread")
 
 
-class Mass(tuple[tuple[str, float], ...]):
+class Mass(tuple[tuple[str, Any], ...]):
     """The values of one of several free masses: pairs of name and value."""
 
     def __repr__(self) -> str:
@@ -63,12 +64,18 @@ def read_masses(
         return real(where, number_in(where, value, [units.get(name, "")]))
 
     return tuple(
-        Mass((name, read(f"masses[{k}].{name}", name, one[name])) for name in names if name in one)
-        for k, one in enumerate(listed(given, names))
+        Mass(
+            (name, read_table(f"masses[{k}].{name}", one[name]))
+            if name in WALL_TABLES
+            else (name, read(f"masses[{k}].{name}", name, one[name]))
+            for name in (*names, *WALL_TABLES)
+            if name in one
+        )
+        for k, one in enumerate(listed(given, (*names, *WALL_TABLES)))
     )
 
 
-def listed(given: Any, names: Sequence[str] = OF_ANY_MASS) -> list[dict[str, Any]]:
+def listed(given: Any, names: Sequence[str] = (*OF_ANY_MASS, *WALL_TABLES)) -> list[dict[str, Any]]:
     """Check that masses are mappings of known names, whatever their values are.
 
     A mapping with `count` has the arguments of `equal_masses`.
@@ -107,14 +114,19 @@ def split(name: object, names: Sequence[str] = OF_ANY_MASS) -> tuple[str, int] |
 
 
 def own_values(masses: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return what masses have of their own under the names that `split` takes apart.
+    """Return what masses have of their own, but for tables, under names that `split` takes apart.
 
     Examples
     --------
     >>> own_values([{}, {"clearance": 1.2}])
     {'clearance_1': 1.2}
     """
-    return {f"{name}_{k}": value for k, one in enumerate(masses) for name, value in one.items()}
+    return {
+        f"{name}_{k}": value
+        for k, one in enumerate(masses)
+        for name, value in one.items()
+        if name not in WALL_TABLES
+    }
 
 
 def with_own(
@@ -127,7 +139,7 @@ def with_own(
     ValueError
         For a value of a mass that there is not.
     """
-    made = [] if masses is None else listed(masses, names)
+    made = [] if masses is None else listed(masses, (*names, *WALL_TABLES))
     for name, value in own.items():
         common, k = split(name, names) or (name, 0)
         if not k < len(made):

@@ -14,6 +14,7 @@ from damper.parameters.masses import changed_in, split, value_in, with_own
 from damper.parameters.names import OF_ANY_MASS, unknown_name
 from damper.parameters.quantities import INITIAL_NAMES, is_si, of_a_mass
 from damper.parameters.quantity import Quantity, check_needs
+from damper.parameters.tables import TABLE_SPEED, WALL_TABLES, tables_over
 
 Names = tuple[str, ...]
 Damper = TypeVar("Damper", bound=Parameters | SIParameters)
@@ -42,6 +43,8 @@ def named_quantity(parameters: Parameters | SIParameters, name: str) -> Quantity
 def value_of(parameters: Parameters | SIParameters, name: str) -> float:
     """Value of a number of a damper; a mass without one of its own has that of all."""
     own = parameters.forcing.numbers
+    if name == TABLE_SPEED:
+        return 1.0
     if name in own:
         return own[name]
     return float(value_in(vars(parameters), name))
@@ -52,7 +55,10 @@ def with_values(parameters: Damper, values: Mapping[str, float]) -> Damper:
     forcing = parameters.forcing
     of_force = {name: v for name, v in values.items() if name in forcing.numbers}
     others = {name: v for name, v in values.items() if name not in of_force}
+    slower = 1.0 / others.pop(TABLE_SPEED, 1.0)
     changed = changed_in(vars(parameters), others)
+    if slower != 1.0:
+        changed |= tables_over({**vars(parameters), **changed}, slower)
     if of_force:
         changed["forcing"] = forcing.having(of_force)
     return replace(parameters, **changed)
@@ -76,9 +82,13 @@ def language(
     kind = SIParameters if si else Parameters
     known = {q.name: q for q in kind.quantities}
     for name in parameters:
-        if not (name in known or split(name) or name in ("forcing", "masses")):
+        if not (name in known or split(name) or name in ("forcing", "masses", *WALL_TABLES)):
             raise unknown_name("parameter", name, known)
-    missing = [name for name, q in known.items() if name not in parameters and q.default is None]
+    missing = [
+        name
+        for name, q in known.items()
+        if name not in parameters and q.unless not in parameters and q.default is None
+    ]
     if missing and not ("masses" in parameters and {*missing} <= {*OF_ANY_MASS}):
         raise TypeError(f"missing parameters: {', '.join(missing)}")
     # A quantity of single masses may need what only they have: each damper is checked for that.
@@ -99,10 +109,20 @@ def arguments(
     if not own and made.get("masses") is None:
         return made
     masses = with_own(made.get("masses"), {name: values[name] for name in own})
-    lacking = [q.name for q in kind.quantities if q.default is None and q.name not in made]
-    if missing := [name for name in lacking if any(name not in mass for mass in masses)]:
+    lacking = {
+        q.name: q.unless
+        for q in kind.quantities
+        if q.default is None and q.name not in made and q.unless not in made
+    }
+    if missing := [
+        name
+        for name, unless in lacking.items()
+        if any(name not in mass and unless not in mass for mass in masses)
+    ]:
         raise TypeError(f"missing parameters, of all masses or of each: {', '.join(missing)}")
-    return {name: masses[0][name] for name in lacking} | made | {"masses": masses}
+    return (
+        {name: masses[0][name] for name in lacking if name in masses[0]} | made | {"masses": masses}
+    )
 
 
 def damper_of(values: Mapping[str, Any]) -> Parameters | SIParameters:

@@ -55,6 +55,8 @@ class Quantity:
     """Whether a value other than the default asks for this model."""
     needs: str = ""
     """Quantity without which this one has no effect and is refused."""
+    unless: str = ""
+    """What may be given in the place of one that must be given; it is infinite then."""
     law: str = ""
     """Contact law of `damper.engine.impact` that a value other than the default asks for."""
     from_si: Callable[..., float] | None = None
@@ -295,7 +297,8 @@ def _check_names(kind: type[QuantityClass]) -> None:
 
 def _quantity_of(field: Field[Any], known: Mapping[str, Quantity]) -> Quantity:
     if field.metadata:
-        default = None if field.default is MISSING else field.default
+        default: Any = None if field.default is MISSING else field.default
+        default = None if "unless" in field.metadata else default
         return Quantity(field.name, default=default, option=bool(field.kw_only), **field.metadata)
     same = known[field.name]
     return replace(same, units=SI_UNITS.get(same.units, same.units))

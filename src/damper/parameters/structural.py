@@ -25,6 +25,7 @@ from damper.parameters.masses import Mass, listed, split, with_own
 from damper.parameters.names import OF_A_MASS_STRUCTURE
 from damper.parameters.quantity import QuantityClass, quantity, shared
 from damper.parameters.structure import Structure
+from damper.parameters.tables import WALL_TABLES
 from damper.parameters.unit_text import number_in
 from damper.parameters.units import NO_UNITS, Units
 
@@ -43,6 +44,10 @@ _ELSEWHERE = (
             *("modulation_depth", "modulation_order", "modulation_phase"),
         ),
         "goes with one primary mass, not with a structure; leave it out",
+    )
+    | dict.fromkeys(
+        WALL_TABLES,
+        "a structure's walls have no tables; give restitution, yield_speed and yield_exponent",
     )
     | dict.fromkeys(
         ("mass_share", "clearance_factor"), "give each mass of a structure its free_mass and gap"

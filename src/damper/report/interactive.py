@@ -134,6 +134,7 @@ def _runs(cube: Any, at: Mapping[str, Any], study: Mapping[str, Any]) -> dict[st
         "forcing": force,
         "forces": FORCES,
         "masses": masses_of(cube).get("masses", 1),
+        "tables": len(masses_of(cube).get("tables", {})),
         "run": study["run"],
         "visible": Bursts(**study["observers"].get("bursts", {})).threshold,
     }

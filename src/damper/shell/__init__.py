@@ -17,6 +17,7 @@ from damper.parameters import Parameters, SIParameters
 from damper.parameters.files import path_of
 from damper.parameters.lazy import pd
 from damper.parameters.quantity import Quantity, QuantityClass
+from damper.parameters.tables import TABLE_OF
 from damper.parameters.unit_text import number_in
 from damper.parameters.units import TIME
 from damper.sweep.events import KINDS
@@ -62,12 +63,22 @@ def _quantities(kind: type[QuantityClass]) -> Callable[[Any], Any]:
     """Give a command an option for each quantity (a decorator)."""
 
     def decorate(command: Any) -> Any:
+        for name, table in reversed(TABLE_OF.items()):
+            option = click.option(
+                "--" + table.replace("_", "-"),
+                table,
+                type=float,
+                nargs=2,
+                multiple=True,
+                help=f"Approach speed and {name} there, in place of {name}; once for each row.",
+            )
+            command = option(command)
         for quantity in reversed(kind.quantities):
             option = click.option(
                 "--" + quantity.name.replace("_", "-"),
                 quantity.name,
                 type=_Number(quantity),
-                required=quantity.default is None,
+                required=quantity.default is None and not quantity.unless,
                 help=quantity.about,
             )
             command = option(command)
@@ -98,7 +109,7 @@ def _events_command(name: str, kind: Any, unit: str, time: str, example: str) ->
     @click.option("--plot", type=click.Path(dir_okay=False), help="Draw the motion into this file.")
     def command(until: float, csv: str | None, plot: str | None, **values: Any) -> None:
         try:
-            parameters = kind(**{k: v for k, v in values.items() if v is not None})
+            parameters = kind(**{k: v for k, v in values.items() if v not in (None, ())})
             _show(parameters, until, csv, plot)
         except (ValueError, TypeError, OSError) as error:
             raise click.ClickException(str(error)) from None

@@ -27,6 +27,7 @@ from damper.parameters.quantities import (
     quantities_in,
 )
 from damper.parameters.run import EngineSettings, RunLength, declared_in
+from damper.parameters.tables import WALL_TABLES, beside_numbers, listed_tables
 from damper.parameters.unit_text import SIZES, allowed_units
 from damper.parameters.units import FREE, HERTZ, shown_unit
 from damper.study.axes import coordinate_name
@@ -51,6 +52,7 @@ from damper.study.settings import (
     Fixed,
     FollowedOrbit,
     PrimaryStart,
+    Rows,
     declared_class,
     draw_settings,
     drawn_of,
@@ -62,6 +64,7 @@ from damper.study.yaml_file import display, dump_yaml
 from damper.sweep.branches import DIRECTIONS
 
 _NONE: dict[str, Any] = {}
+_OF_A_MASS = dict.fromkeys(OF_ANY_MASS, Fixed) | dict.fromkeys(WALL_TABLES, Rows)
 
 
 # Keys of a study that hold for every run, and the block `engine` of the configuration.
@@ -80,14 +83,14 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
 
     parameters: Annotated[
         dict[str, Fixed],
-        NamedMapping("parameter", tuple(ALL)),
+        NamedMapping("parameter", dict.fromkeys(ALL, Fixed) | dict.fromkeys(WALL_TABLES, Rows)),
         Field(
             description="Quantities that are the same throughout. Every parameter without a "
             "default must stand here or under axes: all dimensionless ones, or all SI ones."
         ),
     ] = _NONE
     masses: Annotated[
-        tuple[Annotated[dict[str, Fixed], NamedMapping("quantity of a mass", OF_ANY_MASS)], ...],
+        tuple[Annotated[dict[str, Fixed], NamedMapping("quantity of a mass", _OF_A_MASS)], ...],
         OrEqualMasses(),
         Field(
             strict=False,
@@ -186,10 +189,22 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     @cached_property
     def fixed(self) -> dict[str, float]:
         """Value of every parameter that is neither axis nor drawn, the phase included."""
-        given = self.parameters | self.own
+        given = self.numbers | self.own
         values = {"phase": 0.0} | {name: fixed.number for name, fixed in given.items()}
         varied = {*self.axes, *self.draws}
         return {name: values[name] for name in quantities_in(values) if name not in varied}
+
+    @property
+    def numbers(self) -> dict[str, Fixed]:
+        """The parameters but for tables."""
+        return {name: one for name, one in self.parameters.items() if name not in WALL_TABLES}
+
+    @property
+    def beside(self) -> dict[str, Any]:
+        """Arguments of jobs for what is no number: how many masses, and tables."""
+        tables = listed_tables({**self.parameters, "masses": self.masses})
+        given = {"masses": len(self.masses), "tables": tables}
+        return {name: value for name, value in given.items() if value}
 
     @property
     def own(self) -> dict[str, Fixed]:
@@ -200,7 +215,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     def sections(self) -> dict[str, Mapping[str, Any]]:
         """Sections that give quantities."""
         return {
-            "parameters": self.parameters,
+            "parameters": self.numbers,
             "masses": self.own,
             "axes": self.axes,
             "draws": self.drawn,
@@ -252,8 +267,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         parameters that every damper has ask for no model: their ends stand beside each other.
         """
         every: dict[str, Any] = {"forcing": self.force}
-        if self.masses:
-            every["masses"] = [{}] * len(self.masses)
+        every |= beside_numbers(**self.beside)
         # Quantities of different masses never form a parameter together: each mass goes through its
         # ends beside the others. Mass 0 may set the units of all.
         alone = set() if is_si(self.ends) else {q.name for q in QUANTITIES if q.default is None}
@@ -397,6 +411,8 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         values = {name: _values_text(numbers, units[name]) for name, numbers in given.items()}
         if self.masses:
             values["masses"] = f"{len(self.masses)}"
+        for name, rows in self.beside.get("tables", {}).items():
+            values[name] = "; ".join(f"{r:g} at {speed:g}" for speed, r in rows)
         if self.forcing_settings:
             values["forcing"] = force_text(self.forcing_about, si)
         for name, drawn in self.drawn.items():
@@ -440,7 +456,10 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         for section, default in defaults.items():
             if data[section] == default:
                 del data[section]
-        for section, order in (("parameters", ALL), ("observers", OBSERVER_SETTINGS)):
+        for section, order in (
+            ("parameters", (*ALL, *WALL_TABLES)),
+            ("observers", OBSERVER_SETTINGS),
+        ):
             data[section] = {name: data[section][name] for name in order if name in data[section]}
         return dump_yaml(data)
 

@@ -33,7 +33,7 @@ class SimulatedStudy(Study):  # type: ignore[misc]
             "primary": self.initial,
             "follow": self.follow,
             **self.forcing_settings,
-            **({"masses": len(self.masses)} if self.masses else {}),
+            **self.beside,
         }
         return {
             path: Job(
@@ -74,7 +74,7 @@ class SimulatedStudy(Study):  # type: ignore[misc]
             self.initial,
             self.run_settings(engine),
             followed,
-            masses=len(self.masses),
+            **self.beside,
         )
         if self.forcing_settings:
             run["forcing"] = json.dumps(self.forcing_about)

@@ -190,6 +190,12 @@ def _quantities() -> Iterable[str]:
         "Parameters are given all dimensionless or all in SI units; those without a default are "
         "required, each once, under `parameters` or `axes`. Initial quantities may be added."
     )
+    yield (
+        "In place of `restitution`, or of `restitution_left`, `restitution_table` or "
+        "`restitution_table_left` under `parameters` or in a mass has rows `[approach speed, "
+        "restitution]` at rising speeds > 0. Between two rows the coefficient is linear in the "
+        "logarithm of the speed, beyond the ends it is constant."
+    )
     head = ("name", "symbol", "unit", "default", "allowed", "meaning")
     for title, quantities in (
         ("Dimensionless", QUANTITIES),

@@ -31,6 +31,7 @@ from damper.parameters.quantities import (
     quantities_in,
 )
 from damper.parameters.setting import END
+from damper.parameters.tables import read_table
 from damper.parameters.unit_text import SIZES, number_in, split_unit
 from damper.parameters.units import AMPLITUDES, HERTZ, own_number
 from damper.parameters.variables import SI_UNITS, SPEED
@@ -165,6 +166,24 @@ class Fixed(OfQuantity):
 
     def check_together(self, mistakes: Mistakes) -> None:
         check_origin(self, mistakes)
+
+
+def _table(rows: Any, info: ValidationInfo) -> Any:
+    """Check a table by the rules of the library."""
+    try:
+        return read_table(str(info.context), rows)
+    except (ValueError, TypeError) as error:
+        mistakes, (message, _, allowed) = Mistakes(), str(error).partition(": must ")
+        mistakes.add((), message, f"must {allowed}" if allowed else "rows [speed, restitution]")
+        mistakes.raise_any()
+
+
+Rows = Annotated[
+    tuple[Annotated[tuple[float, float], Field(strict=False)], ...],
+    Field(strict=False, min_length=1),
+    AfterValidator(_table),
+]
+"""A table of the restitution by the approach speed."""
 
 
 class Axis(OfQuantity):

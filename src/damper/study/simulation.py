@@ -16,6 +16,7 @@ from damper.parameters.names import OF_ANY_MASS, unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered
 from damper.parameters.quantity import filled, real
 from damper.parameters.run import DEFAULTS, settings_text
+from damper.parameters.tables import TABLE_OF, listed_tables, read_table
 from damper.study.axes import clean
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.cube import REFERENCES, gather
@@ -39,6 +40,8 @@ def simulate(
     initial: str = "rest",
     forcing: Forcing | str = HARMONIC,
     masses: Sequence[Mapping[str, Any]] | None = None,
+    restitution_table: Sequence[Sequence[float]] | None = None,
+    restitution_table_left: Sequence[Sequence[float]] | None = None,
     draws: Mapping[str, Any] | None = None,
     state: State | None = None,
     workers: int | None = None,
@@ -78,6 +81,8 @@ def simulate(
         Several free masses, as for `damper.Parameters`, counted from 0. A sequence among their
         values makes a dimension, such as ``clearance_1`` of mass 1; these names may be arguments
         and drawn as well. A quantity that every mass gives may be left out for all.
+    restitution_table, restitution_table_left : sequence of (float, float), optional
+        In place of `restitution` and `restitution_left`, as for `damper.Parameters`.
     draws : mapping, optional
         Quantities at random, the same draws at every point, along a dimension ``draw``:
         ``{"count": 20, "seed": 1, "initial_position": [-1, 1], "restitution": [0.5, 0.7]}``. In
@@ -118,9 +123,14 @@ def simulate(
             raise unknown_name("argument", name, _SIGNATURE.parameters)
     given = {name: value for name, value in given.items() if value is not None}
     count, own = 0, {}
+    tables: dict[str, Any] = {
+        "restitution_table": restitution_table,
+        "restitution_table_left": restitution_table_left,
+    }
     if masses is not None:
         made = listed(masses)
         count, own = len(made), own_values(made)
+        tables["masses"] = made
         for name in own:
             if name in given:
                 raise ValueError(f"{name} is given, and in masses as well: one of the two")
@@ -133,7 +143,15 @@ def simulate(
         there = beside.pop("masses", ())
         if there and masses is None:
             count, beside = len(there), beside | own_values(map(dict, there))
+            tables["masses"] = there
+        for name, table in TABLE_OF.items():
+            rows = beside.pop(table, None)
+            if tables[table] is None and name not in given:
+                tables[table] = rows
+            elif tables[table] is not None:
+                beside.pop(name, None)
         given = beside | given
+    found = {name: read_table(name, rows) for name, rows in listed_tables(tables).items()}
     for name in OF_ANY_MASS if count else ():
         each = [given.get(f"{name}_{k}") for k in range(count)]
         # Every mass has its own value, so the value for all has no mass left.
@@ -179,6 +197,7 @@ def simulate(
             primary=initial,
             forcing=force,
             masses=count,
+            tables=found,
             draws=random,
             follow=follow,
             state=state,
@@ -196,6 +215,7 @@ def simulate(
             {name: axes[name] for name in follow},
             force,
             count,
+            found,
         ),
     }
     if state is not None:

@@ -19,6 +19,7 @@ def record(
     followed: Mapping[str, Sequence[float]],
     forcing: Forcing = HARMONIC,
     masses: int = 0,
+    tables: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Attributes of a cube from the arguments of `damper.sweep.runs.run_points`.
 
@@ -43,6 +44,7 @@ def record(
         **({"followed": json.dumps(dict(followed))} if followed else {}),
         **({} if forcing == HARMONIC else {"forcing": json.dumps(forcing.settings)}),
         **({"masses": masses} if masses else {}),
+        **({"restitution_tables": json.dumps(dict(tables))} if tables else {}),
     }
 
 
@@ -80,9 +82,14 @@ def force_settings(cube: Any) -> dict[str, Any]:
     return _said(cube, "forcing", _force) if "forcing" in cube.attrs else {}
 
 
-def masses_of(cube: Any) -> dict[str, int]:
-    """Return how many masses a cube's dampers list, as an argument; none where they list none."""
-    return {"masses": _said(cube, "masses", int)} if "masses" in cube.attrs else {}
+def masses_of(cube: Any) -> dict[str, Any]:
+    """Return how many masses a cube's dampers list, and their tables, as arguments of
+    `damper.parameters.tables.beside_numbers`; none where there are none."""
+    read: dict[str, tuple[str, Callable[[Any], Any]]] = {
+        "masses": ("masses", int),
+        "tables": ("restitution_tables", _mapping),
+    }
+    return {k: _said(cube, name, of) for k, (name, of) in read.items() if name in cube.attrs}
 
 
 def primary_of(cube: Any) -> str:

@@ -26,6 +26,7 @@ from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.quantity import whole
 from damper.parameters.run import RunSettings
 from damper.parameters.state import require_state
+from damper.parameters.tables import beside_numbers
 from damper.sweep.estimate import Workload
 from damper.sweep.points import Point, read_point
 from damper.sweep.progress import Progress
@@ -41,6 +42,7 @@ def run_points(
     primary: str = "rest",
     forcing: Forcing | str | None = None,
     masses: int = 0,
+    tables: Mapping[str, Any] | None = None,
     state: State | None = None,
     predecessor: Sequence[int] | None = None,
     progress: Progress | None = None,
@@ -63,6 +65,8 @@ def run_points(
     masses : int, default 0
         Number of free masses of every damper; points may give quantities of single masses. With 0,
         the points list the masses.
+    tables : mapping, optional
+        Tables of the restitution of every damper, as for `damper.parameters.tables.beside_numbers`.
     state : State, optional
         Start of every run, in place of `primary` and initial quantities.
     predecessor : sequence of int, optional
@@ -95,7 +99,7 @@ def run_points(
         anything is run.
     """
     every: dict[str, Any] = {} if forcing is None else {"forcing": forcing}
-    every |= {"masses": [{}] * masses} if masses else {}
+    every |= beside_numbers(masses, tables)
     read = [read_point({**values, **every}, primary) for values in points]
     chains = _chains(predecessor, len(read))
     threads = _threads(workers, len(read), len(chains))

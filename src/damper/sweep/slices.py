@@ -12,6 +12,7 @@ from damper.parameters import State, Units
 from damper.parameters.forcing import EACH_DRAW, Forcing, forcing_of
 from damper.parameters.quantities import is_si
 from damper.parameters.run import RunSettings
+from damper.parameters.tables import beside_numbers
 from damper.parameters.variables import SI_UNITS, Variable
 from damper.sweep.branches import branches, noise_seeds
 from damper.sweep.estimate import Workload, run_sizes
@@ -49,6 +50,7 @@ def simulate_slice(
     forcing: Forcing | str | None = None,
     own_noise: bool = False,
     masses: int = 0,
+    tables: Mapping[str, Any] | None = None,
     draws: Mapping[str, Any] | None = None,
     follow: Mapping[str, str] | None = None,
     state: State | None = None,
@@ -64,7 +66,7 @@ def simulate_slice(
         Fixed quantities, and the slice's place along the fanned axes.
     axes : mapping of str to values
         The axes that run inside the job.
-    observers, primary, forcing, masses, state, progress, workers, **run
+    observers, primary, forcing, masses, tables, state, progress, workers, **run
         As for `damper.sweep.runs.run_points`.
     own_noise : bool, default False
         Whether each draw has its own: `forcing` with another seed.
@@ -107,8 +109,8 @@ def simulate_slice(
         points = [{**p, "forcing": noises[k % len(seeds)]} for k, p in enumerate(points)]
     elif forcing is not None:
         points = [{**point, "forcing": forcing} for point in points]
-    if masses:
-        points = [{**point, "masses": [{}] * masses} for point in points]
+    if every := beside_numbers(masses, tables):
+        points = [{**point, **every} for point in points]
     arrays, made = run_points(
         points,
         observers,

@@ -5,6 +5,7 @@ import math
 
 from damper.parameters import Parameters
 from damper.parameters.dampers import require_known
+from damper.parameters.tables import WALL_TABLES
 
 #: Quantities of the steady response; quantities that act on the free mass only.
 PRIMARY = ("damping_ratio", "frequency_ratio", "phase", "force_amplitude")
@@ -13,6 +14,7 @@ FREE_MASS = (
     "clearance",
     "restitution",
     "restitution_left",
+    *WALL_TABLES,
     "yield_speed",
     "yield_exponent",
     "support_stiffness_ratio",

@@ -221,12 +221,14 @@ def system_of(
     damping_ratio: Any,
     frequency_ratio: Any,
     clearance: Any,
-    restitution: Any,
+    restitution: Any = math.inf,
     phase: Any = 0,
     *,
     restitution_left: Any = math.inf,
     yield_speed: Any = math.inf,
     yield_exponent: Any = 0.25,
+    restitution_table: Any = None,
+    restitution_table_left: Any = None,
     support_stiffness_ratio: Any = 0,
     support_damping_ratio: Any = 0,
     contact_stiffness_ratio: Any = math.inf,
@@ -243,7 +245,11 @@ def system_of(
     """Return the system that `damper.Parameters` of these values mean, exact as they are."""
     if masses:
         values = {k: v for k, v in locals().items() if k != "masses"}
-        each = [system_of(**(values | dict(own))) for own in masses]
+        each = []
+        for own in masses:
+            # A mass's own restitution is in place of a table of all.
+            table = {"restitution_table": None} if "restitution" in own else {}
+            each.append(system_of(**(values | table | dict(own))))
         return each[0]._replace(masses=tuple(one.masses[0] for one in each))
     mu, zeta, omega, r = map(mpf, (mass_ratio, damping_ratio, frequency_ratio, restitution))
     k, yields, tension = mpf(contact_stiffness_ratio), mpf(yield_speed), bool(contact_tension)
@@ -253,12 +259,21 @@ def system_of(
     if k < math.inf:
         for side, r in walls.items():
             c[side] = 2 * contact_damping(r, tension) * mp.sqrt(k * mu / (1 + mu))
+    tables = {1: restitution_table, -1: restitution_table_left}
+    if restitution_left == math.inf and not restitution_table_left:
+        tables[-1] = restitution_table
+
+    def coefficient(side: int, w: mpf) -> mpf:
+        if tables[side]:
+            return _between_rows([(mpf(v), mpf(r)) for v, r in tables[side]], w)
+        return walls[side] * ((yields / w) ** exponent if w > yields else 1)
+
     mass = Body(
         mu,
         mpf(modulation_depth),
         Sine(omega / mpf(modulation_order), mpf(modulation_phase) + mp.pi / 2),
         mpf(clearance),
-        lambda side, w: walls[side] * ((yields / w) ** exponent if w > yields else 1),
+        coefficient,
         *(k, c, tension),
         mpf(support_stiffness_ratio),
         mpf(support_damping_ratio),
@@ -267,6 +282,16 @@ def system_of(
     )
     force, inertial = force_in_digits(forcing, mpf(force_amplitude), omega, mpf(phase), zeta)
     return System(zeta, force, inertial, (mass,))
+
+
+def _between_rows(rows: Sequence[tuple[mpf, mpf]], w: mpf) -> mpf:
+    """Coefficient of a table: a mean of its neighbours by the distances of the logarithms."""
+    after = sum(v < w for v, _ in rows)
+    if after in (0, len(rows)):
+        return rows[min(after, len(rows) - 1)][1]
+    (low, before), (high, behind) = rows[after - 1 : after + 1]
+    whole = mp.log(high) - mp.log(low)
+    return (before * (mp.log(high) - mp.log(w)) + behind * (mp.log(w) - mp.log(low))) / whole
 
 
 def force_in_digits(

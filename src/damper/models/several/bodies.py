@@ -4,6 +4,7 @@ The number of masses is a run-time value; the code is compiled once.
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +15,13 @@ from damper.engine.compiled import compiled, plain
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import common, phase_at
 from damper.engine.forcing.weighed import WeighedForce
-from damper.engine.impact import YieldingRestitution
+from damper.engine.impact import (
+    TabledRestitution,
+    YieldingRestitution,
+    rebound_slope,
+    restitution_at,
+    restitution_change,
+)
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -34,6 +41,8 @@ from damper.parameters import Parameters
 
 #: Columns of `Several.masses`.
 RATIO, CLEARANCE, GRAVITY, STIFFNESS, DAMPING, LEFT, RIGHT, YIELDS, EXPONENT, FRICTION = range(10)
+#: Further ones, for walls with a table: its number in `WallTables`, or -1.
+LEFT_TABLE, RIGHT_TABLE = range(10, 12)
 #: Columns of `SeveralSegment.bodies`, as the fields of a `Segment`, and more:
 #:
 #: - cause: event not yet written to the log;
@@ -81,11 +90,13 @@ class MassConstants(NamedTuple):
     right: float
     """Restitution of the walls at low speeds."""
     yields: float
-    """Yield speed of the walls."""
+    """Yield speed of the walls; up to the least speed of their tables r is constant as well."""
     exponent: float
     """With which restitution falls above it."""
     friction: float
     """Acceleration by dry friction while it slides."""
+    left_table: float
+    right_table: float
 
 
 class MassState(NamedTuple):
@@ -219,8 +230,9 @@ def prepare(
     )
     least = LEAST_FRICTION if along_friction else 0.0
     friction = np.array([max(q.friction, least) for q in each])
-    yields = [(q.yield_speed, q.yield_exponent) for q in each]
-    masses = np.column_stack([masses, yields, friction])
+    yields = [(_constant_up_to(q), q.yield_exponent) for q in each]
+    walls, numbers = _wall_law(each)
+    masses = np.column_stack([masses, yields, friction, numbers])
     total = float(np.sum(masses[:, RATIO]))
     heavier = 1.0 + total
     strength = drive.amplitude * (1.0 + total * drive.share) / heavier
@@ -247,7 +259,7 @@ def prepare(
         Rigid(
             total,
             1.0,
-            YieldingRestitution(1.0, math.inf, 0.0),
+            walls,
             made.cycle,
             min(one.tolerance for one in ones),
             made.free,
@@ -259,6 +271,64 @@ def prepare(
         masses,
         Frictions() if rubs else NoFriction(),
     )
+
+
+class WallTables(NamedTuple):
+    """Tables of the restitution of walls, those with fewer rows with the last one repeated."""
+
+    tables: np.ndarray
+
+
+class WallRestitution(NamedTuple):
+    """Contact law of a wall where some walls have a table: this one's table, or else a power."""
+
+    has_table: bool
+    table: TabledRestitution
+    power: YieldingRestitution
+
+
+@restitution_at.of(WallRestitution)
+def _restitution_at(law, approach_speed):
+    if law.has_table:
+        return restitution_at(law.table, approach_speed)
+    return restitution_at(law.power, approach_speed)
+
+
+@rebound_slope.of(WallRestitution)
+def _rebound_slope(law, approach_speed):
+    if law.has_table:
+        return rebound_slope(law.table, approach_speed)
+    return rebound_slope(law.power, approach_speed)
+
+
+@restitution_change.of(WallRestitution)
+def _restitution_change(law, approach_speed):
+    if law.has_table:
+        return restitution_change(law.table, approach_speed)
+    return restitution_change(law.power, approach_speed)
+
+
+@plain
+def _wall_law(each: Sequence[Parameters]) -> tuple[Any, np.ndarray]:
+    """What the contact laws of all walls are made of, and the numbers of each mass's tables."""
+    numbers = np.full((len(each), 2), -1.0)
+    tables: list[Any] = []
+    for k, q in enumerate(each):
+        for wall, rows in enumerate(q.tables if q.law == "tabled" else ()):
+            if rows not in tables:
+                tables.append(rows)
+            numbers[k, wall] = tables.index(rows)
+    if not tables:
+        return YieldingRestitution(1.0, math.inf, 0.0), numbers
+    longest = max(map(len, tables))
+    filled = [[*rows, *[rows[-1]] * (longest - len(rows))] for rows in tables]
+    return WallTables(np.array(filled)), numbers
+
+
+@plain
+def _constant_up_to(q: Parameters) -> float:
+    """Speed up to which the restitution of both walls of a mass is constant."""
+    return min(rows[0][0] for rows in q.tables) if q.law == "tabled" else q.yield_speed
 
 
 @by_class_or_default
@@ -402,7 +472,7 @@ def single_mass_view(
     """
     osc, mass = start.osc, flying(single, m, way)
     weight = ratio / (1.0 + start.joined)
-    return _view(single, weight, m.clearance, law_of(m, side), osc, osc, mass)
+    return _view(single, weight, m.clearance, law_of(single, m, side), osc, osc, mass)
 
 
 _view = changed(Rigid, "mass_ratio", "clearance", "law", "free", "stuck", "mass")
@@ -573,9 +643,40 @@ def _lifting_driven(mass, osc, primary):
 
 
 @compiled
-def law_of(m: MassConstants, side: float) -> YieldingRestitution:
+def law_of(single: Rigid, m: MassConstants, side: float) -> Any:
     """Contact law of a mass at one of its walls."""
+    return _law_in(single.law, m, side)
+
+
+@by_class
+def _law_in(walls: Any, m: MassConstants, side: float) -> Any:
+    """Contact law of a wall, from what the laws of all are made of."""
+
+
+@_law_in.of(YieldingRestitution)
+def _power_law(walls, m, side):
     return YieldingRestitution(restitution_of(m, side), m.yields, m.exponent)
+
+
+@_law_in.of(WallTables)
+def _law_with_tables(walls, m, side):
+    number = int(m.left_table if side < 0.0 else m.right_table)
+    table = TabledRestitution(walls.tables[number])
+    power = YieldingRestitution(restitution_of(m, side), m.yields, m.exponent)
+    return WallRestitution(number >= 0, table, power)
+
+
+@compiled
+def have_one_law(one: MassConstants, other: MassConstants, side: float) -> bool:
+    """Whether two masses have the same contact law at one of their walls."""
+    left = side < 0.0
+    number, others = (
+        (one.left_table, other.left_table) if left else (one.right_table, other.right_table)
+    )
+    if number >= 0.0 or others >= 0.0:
+        return number == others
+    same = restitution_of(one, side) == restitution_of(other, side)
+    return same and one.yields == other.yields and one.exponent == other.exponent
 
 
 @compiled

@@ -135,7 +135,7 @@ def hit(model: Several, v: float, bodies: np.ndarray) -> tuple[float, float]:
             if b.side != wall:
                 bodies[k, FIRST] = 0.0
             bodies[k, GAP], bodies[k, SIDE], bodies[k, SPEED] = 0.0, wall, speed
-            level = wall * (1.0 + restitution_at(law_of(m, wall), speed)) * speed
+            level = wall * (1.0 + restitution_at(law_of(model.single, m, wall), speed)) * speed
         elif b.mode == STICKING or (b.gap == 0.0 and b.rate == 0.0):
             wall = b.side
         bodies[k, WALL], bodies[k, LEVEL], bodies[k, MOST] = wall, level, 0.0
@@ -146,7 +146,7 @@ def hit(model: Several, v: float, bodies: np.ndarray) -> tuple[float, float]:
         follows = bodies[k, FOLLOWS] == 1.0
         if b.arrives != 0.0:
             if follows:
-                r = restitution_at(law_of(m, b.side), b.speed)
+                r = restitution_at(law_of(model.single, m, b.side), b.speed)
                 impulse = m.ratio * b.arrives * (float(bodies[k, LEVEL]) - change)
                 loss += 0.5 * impulse * (1.0 - r) * b.speed
                 bodies[k, RATE], bodies[k, CAUSE] = r * b.speed, IMPACT

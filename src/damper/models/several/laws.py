@@ -117,9 +117,9 @@ def _brakes(model, s, rates):
         if is_joined(b[MODE]):
             heavier += ratio
             if _is_hit(s, k) and b[RATE] == 0.0:
-                rate = -restitution_at(law_of(mass_at(model, k), side), -float(rates[k])) * float(
-                    rates[k]
-                )
+                rate = -restitution_at(
+                    law_of(model.single, mass_at(model, k), side), -float(rates[k])
+                ) * float(rates[k])
             elif b[SPEED] < 0.0:
                 rate = -float(b[SPEED])
         pushed += side * ratio * rate
@@ -166,7 +166,9 @@ def _compare(model, last, s, found):
         if first and _is_hit(s, k):
             any_hit = True
             found.touch = larger(found.touch, violation(gap, size))
-            rebound = -restitution_at(law_of(mass_at(model, k), side), -float(rate)) * rate
+            rebound = (
+                -restitution_at(law_of(model.single, mass_at(model, k), side), -float(rate)) * rate
+            )
             if not (b[MODE] == TAIL and b[RATE] == 0.0 and _is_over(model, s, k, rebound)):
                 law = violation(float(b[RATE]) - (rebound + side * brakes), speeds)
                 found.restitution_law = larger(found.restitution_law, law)

@@ -4,8 +4,8 @@ import numpy as np
 
 from damper.engine import model as declared
 from damper.engine import segment as columns
-from damper.engine.compiled import compiled
-from damper.engine.impact import DifferingWalls, YieldingRestitution
+from damper.engine.compiled import compiled, plain
+from damper.engine.impact import DifferingWalls
 from damper.engine.segment import (
     COLUMNS,
     FLIGHT,
@@ -20,20 +20,22 @@ from damper.models.several.bodies import (
     CAUSE,
     CLEARANCE,
     COMPLETION,
-    EXPONENT,
     FIRST,
     GAP,
     LEFT,
+    LEFT_TABLE,
     MODE,
     RATE,
     RATIO,
     RIGHT,
+    RIGHT_TABLE,
     SIDE,
     WIDTH,
-    YIELDS,
     Several,
     SeveralSegment,
     body_in,
+    law_of,
+    mass_at,
 )
 
 _of_body = changed(
@@ -76,11 +78,10 @@ def _count_masses(model):
 def _view_of_mass(model, body):
     own = model.masses[body]
     # No motion has a mirror image where the walls of any mass differ.
-    unlike = model.masses[model.masses[:, LEFT] != model.masses[:, RIGHT]]
-    row = (unlike if len(unlike) else model.masses[[body]])[0]
-    left, right = (
-        YieldingRestitution(*row[[wall, YIELDS, EXPONENT]].tolist()) for wall in (LEFT, RIGHT)
-    )
+    walls = model.masses[:, [LEFT, LEFT_TABLE]] != model.masses[:, [RIGHT, RIGHT_TABLE]]
+    unlike = np.flatnonzero(walls.any(axis=1))
+    m = plain(mass_at)(model, int(unlike[0]) if len(unlike) else body)
+    left, right = (plain(law_of)(model.single, m, side) for side in (-1.0, 1.0))
     return model._replace(
         mass_ratio=float(own[RATIO]),
         clearance=float(own[CLEARANCE]),

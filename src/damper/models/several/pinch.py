@@ -32,7 +32,7 @@ from damper.models.several.bodies import (
     Several,
     Start,
     body_in,
-    law_of,
+    have_one_law,
     mass_at,
     restitution_of,
 )
@@ -129,7 +129,7 @@ def _in_step(model, bodies, i, k):
     b, c = bodies[i], bodies[k]
     side = float(c[SIDE])
     moves = b[GAP] == c[GAP] and b[RATE] == c[RATE] and b[MODE] == c[MODE]
-    alike = law_of(mass_at(model, i), side) == law_of(mass_at(model, k), side)
+    alike = have_one_law(mass_at(model, i), mass_at(model, k), side)
     return bool(moves and alike and b[SIDE] == side)
 
 

@@ -48,8 +48,8 @@ from damper.models.several.bodies import (
     flight_of,
     flight_of_body,
     flying,
+    have_one_law,
     is_joined,
-    law_of,
     mass_at,
     offset_of,
     own_acceleration,
@@ -375,6 +375,8 @@ def is_negligible(model: Several, s: SeveralSegment, start: Start, k: int, chang
     if not (b.mode == FLIGHT and b.gap == 0.0 and b.cause != NOTHING):
         return False
     r, rate = restitution_of(m, b.side), b.rate + b.side * change
+    if m.left_table >= 0.0 and abs(rate) > m.yields:
+        return False
     if change != 0.0 and b.cause == IMPACT:
         r = max(rate, 0.0) / b.speed
     # Accelerations towards the wall, on the way out and on the way back.
@@ -398,7 +400,7 @@ def _chatters_with(model, bodies, k, j):
     supports = one.stiffness == other.stiffness and one.damping == other.damping
     placed = one.stiffness == 0.0 or one.clearance == other.clearance
     pulled = one.gravity == other.gravity and one.friction == other.friction
-    return pulled and supports and placed and law_of(other, b.side) == law_of(one, b.side)
+    return pulled and supports and placed and have_one_law(one, other, b.side)
 
 
 @compiled

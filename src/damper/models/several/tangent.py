@@ -85,7 +85,7 @@ def _damping_in(model, s):
 def _shrunk_by(model, s):
     k, bodies = int(s.body), s.bodies
     if s.cause == IMPACT:
-        law = law_of(mass_at(model, k), s.side)
+        law = law_of(model.single, mass_at(model, k), s.side)
         return rebound_slope(law, s.speed) * restitution_at(law, s.speed)
     if bodies[0, PREVIOUS_STATE] == REPORTED or np.any(bodies[:, SPEED] > 0.0):
         return 1.0  # told of before, or a part of an impact
@@ -322,7 +322,9 @@ def impulses(model: Several, s: SeveralSegment) -> tuple[Any, Any, Any]:
         b[WALL], b[LEVEL], b[MOST] = 0.0, 0.0, 0.0
         if b[SPEED] > 0.0:
             b[WALL] = b[SIDE]
-            r = restitution_at(law_of(mass_at(model, k), float(b[SIDE])), float(b[SPEED]))
+            r = restitution_at(
+                law_of(model.single, mass_at(model, k), float(b[SIDE])), float(b[SPEED])
+            )
             b[LEVEL] = b[WALL] * (1.0 + r) * b[SPEED]
         elif b[GAP] == 0.0 and (b[PREVIOUS_STATE] == JOINED or b[RATE] == 0.0):
             b[WALL] = b[SIDE]
@@ -344,7 +346,9 @@ def change_by(ratios: np.ndarray, levels: np.ndarray, pushes: np.ndarray) -> flo
 @compiled
 def _turned_by(model, b, k):
     """Derivative of the change of a mass's relative velocity in its impact, by that velocity."""
-    return 1.0 + rebound_slope(law_of(mass_at(model, k), float(b[SIDE])), float(b[SPEED]))
+    return 1.0 + rebound_slope(
+        law_of(model.single, mass_at(model, k), float(b[SIDE])), float(b[SPEED])
+    )
 
 
 @compiled
