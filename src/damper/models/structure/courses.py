@@ -133,36 +133,40 @@ def _event_point(tau, sums):
 @compiled
 def first_point(course: GapOrForce) -> EventPoint:
     """Where a course begins."""
-    start, sums = course.start, _begun(course, 0.0)
-    if start.system.coupled:
+    if course.start.system.coupled:
         return _coupled_point(course, 0.0)
-    weights = box_in(start.system, course.k)
-    for i in range(len(weights)):
-        if weights[i] != 0.0:
-            osc, weight = mode_of(course.forcing, start.system, i), course.sign * float(weights[i])
-            if course.is_force:
-                sums = _added_force(osc, weight, sums, motion_of(start, i))
+    # Compiled code counts references wherever it reads an array out of a struct.
+    forcing, modes, phase = course.forcing, course.start.modes, course.start.phase
+    table, masses, row = course.start.system.table, course.start.system.number, 3 + course.k
+    sign, is_force, sums = course.sign, course.is_force, _begun(course, 0.0)
+    for i in range(modes.shape[1]):
+        weight = sign * table[row, i]
+        if weight != 0.0:
+            osc, motion = mode_of(forcing, table, masses, i), motion_of(modes, phase, i)
+            if is_force:
+                sums = _added_force(osc, weight, sums, motion)
             else:
-                sums = added(osc, weight, sums, motion_of(start, i), 0.0, 0.0, 0.0)
+                sums = added(osc, weight, sums, motion, 0.0, 0.0, 0.0)
     return _event_point(0.0, sums)
 
 
 @point_at.of(GapOrForce)
 def _point_at(course, tau):
-    start, forcing = course.start, course.forcing
-    if start.system.coupled:
+    if course.start.system.coupled:
         return _coupled_point(course, tau)
+    forcing, modes, begun = course.forcing, course.start.modes, course.start.phase
+    table, masses, row = course.start.system.table, course.start.system.number, 3 + course.k
     turn = turn_over(forcing, tau)
-    phase = turned(forcing, start.phase, turn)
-    sums, weights = _begun(course, tau), box_in(start.system, course.k)
-    for i in range(len(weights)):
-        if weights[i] != 0.0:
-            osc, weight = mode_of(forcing, start.system, i), course.sign * float(weights[i])
-            first = motion_of(start, i)
+    phase = turned(forcing, begun, turn)
+    sign, is_force, sums = course.sign, course.is_force, _begun(course, tau)
+    for i in range(modes.shape[1]):
+        weight = sign * table[row, i]
+        if weight != 0.0:
+            osc, first = mode_of(forcing, table, masses, i), motion_of(modes, begun, i)
             way, change = moved(osc, first, turn, tau)
             x, v = first.x + (first.v * tau + way), first.v + change
             motion = motion_from(osc, x, v, phase)
-            if course.is_force:
+            if is_force:
                 sums = _added_force(osc, weight, sums, motion)
             else:
                 sums = added(osc, weight, sums, motion, way, change, abs(way))
@@ -221,12 +225,12 @@ def gap_after(
     course: GapOrForce, way: np.ndarray, change: np.ndarray, tau: float
 ) -> tuple[float, float, float]:
     """Gap, its rate and its roundoff after a time, from the increments of the modes."""
-    weights, begun = box_in(course.start.system, course.k), _begun(course, tau)
+    table, row, begun = course.start.system.table, 3 + course.k, _begun(course, tau)
     value, rate, size = 0.0, 0.0, begun.size
-    for i in range(len(weights)):
-        value += weights[i] * way[i]
-        rate += weights[i] * change[i]
-        size += abs(weights[i] * way[i])
+    for i in range(len(way)):
+        value += table[row, i] * way[i]
+        rate += table[row, i] * change[i]
+        size += abs(table[row, i] * way[i])
     return begun.value + course.sign * value, begun.slope + course.sign * rate, ROUNDOFF * size
 
 

@@ -112,8 +112,9 @@ def begin_after(model: OnStructure, s: StructureSegment, system: JoinedSystem) -
         rates = rates_in(system, force_rates(model.forcing, phase), modes[0], modes[1])
         modes[2], modes[3] = rates[2], rates[3]
         return ModalStart(system, modes, phase)
+    forcing, table, masses = model.forcing, system.table, system.number
     for i in range(modes.shape[1]):
-        osc = mode_of(model.forcing, system, i)
+        osc = mode_of(forcing, table, masses, i)
         motion = motion_from(osc, float(modes[0, i]), float(modes[1, i]), phase)
         modes[2, i], modes[3, i] = motion.a, motion.j
     return ModalStart(system, modes, phase)
@@ -141,14 +142,15 @@ def _coordinates(model, s, system, order):
 @compiled_apart
 def compliance(model: OnStructure, bodies: np.ndarray) -> np.ndarray:
     """Changes of the gaps' rates by unit impulses in them, with no masses stuck."""
-    count = len(bodies)
+    count, table, masses, size = len(bodies), model.table, model.masses, size_of(model)
     found = np.zeros((count, count))
     for i in range(count):
-        for j in range(count):
-            found[i, j] = (
-                bodies[i, SIDE] * bodies[j, SIDE] * dot(box_in(model, i), box_in(model, j))
-            )
-        found[i, i] += 1.0 / mass_in(model.masses, i).mass
+        for j in range(i + 1):
+            total = 0.0
+            for mode in range(size):
+                total += table[3 + i, mode] * table[3 + j, mode]
+            found[i, j] = found[j, i] = bodies[i, SIDE] * bodies[j, SIDE] * total
+        found[i, i] += 1.0 / mass_in(masses, i).mass
     return found
 
 
@@ -169,21 +171,18 @@ def impulses_to_rest(model: OnStructure, bodies: np.ndarray, rests: np.ndarray) 
 
 
 @compiled
-def mode_of(forcing: Any, system: JoinedSystem, i: int) -> Oscillator:
-    """The oscillator that an uncoupled mode is."""
-    damping = 0.5 * system.table[3 + system.number + i, i]
-    stiffness = float(system.table[0, i])
+def mode_of(forcing: Any, table: np.ndarray, masses: int, i: int) -> Oscillator:
+    """The oscillator that an uncoupled mode is, by the table of a system of so many masses."""
+    damping, stiffness = 0.5 * table[3 + masses + i, i], float(table[0, i])
     if stiffness == 0.0 and damping > 0.0:
         stiffness = 1e-100  # an oscillator with a dashpot needs some
-    push, pull = float(system.table[1, i]), float(system.table[2, i])
-    return oscillator_under(forcing, damping, stiffness, push, pull)
+    return oscillator_under(forcing, damping, stiffness, float(table[1, i]), float(table[2, i]))
 
 
 @compiled
-def motion_of(start: ModalStart, i: int) -> Motion:
-    """How an uncoupled mode moves at the start."""
-    m = start.modes
-    return Motion(float(m[0, i]), float(m[1, i]), float(m[2, i]), float(m[3, i]), start.phase)
+def motion_of(m: np.ndarray, phase: Any, i: int) -> Motion:
+    """How an uncoupled mode moves at the start, by `ModalStart.modes`."""
+    return Motion(float(m[0, i]), float(m[1, i]), float(m[2, i]), float(m[3, i]), phase)
 
 
 @compiled_apart
@@ -264,11 +263,12 @@ def modes_after(model: OnStructure, start: ModalStart, tau: float) -> tuple[np.n
     system = start.system
     if system.coupled:
         return coupled_after(model.forcing, start, tau)
-    size = size_of(system)
+    forcing, table, masses = model.forcing, system.table, system.number
+    modes, phase, size = start.modes, start.phase, start.modes.shape[1]
     way, change = np.zeros(size), np.zeros(size)
-    turn = turn_over(model.forcing, tau)
+    turn = turn_over(forcing, tau)
     for i in range(size):
-        osc, motion = mode_of(model.forcing, system, i), motion_of(start, i)
+        osc, motion = mode_of(forcing, table, masses, i), motion_of(modes, phase, i)
         if tau == HORIZON:
             x, v = arrive(osc, motion, tau)
             way[i], change[i] = (x - motion.x) - motion.v * tau, v - motion.v
