@@ -27,7 +27,7 @@ STUDY = {
     "transient": 2,
     "periods": 2,
     "samples": 16,
-    "history": True,
+    "history": 2,
     "figures": {
         "energy": {"kind": "lines", "variables": ["mode_energy"], "along": "instant"}
         | {"lines": "mode", "panels": "gap_0", "at": {"mode_2_frequency": 5.0}, "log": True},
@@ -127,7 +127,8 @@ def test_settings_in_plain_values_make_the_same_parameters(tmp_path):
         ({"axes": {"gap_0": {"start": 1.0}}}, "values, or start, stop and num"),
         ({"axes": {"gap_0": {"values": [1.0], "unit": "Hz"}}}, "gap_0 is not in Hz here"),
         ({"axes": {}}, "'gap_0' is no dimension of the cube"),
-        ({"history": False}, "'mode_energy' is not in the cube"),
+        ({"history": 3}, "the window has 2 cycles"),
+        ({"history": 0}, "'mode_energy' is not in the cube"),
     ],
 )
 def test_mistakes_in_a_study(tmp_path, changed, message):

@@ -37,7 +37,7 @@ def run_part(
     axes: Mapping[str, Sequence[float]],
     cycles: tuple[int, int],
     samples: int,
-    history: bool,
+    history: int,
     engine: Mapping[str, Any],
 ) -> PartData:
     """Run the points at one place along the first axis as a job of the workflow."""
@@ -61,10 +61,10 @@ def observed(
     p: StructureParameters,
     cycles: tuple[int, int],
     samples: int,
-    history: bool,
+    history: int,
     engine: Mapping[str, Any],
 ) -> dict[str, np.ndarray]:
-    """Run one point and return arrays of `VARIABLES`; those over instants with `history` only."""
+    """Run one point and return arrays of `VARIABLES`; those over instants of `history` cycles."""
     from damper.sweep.started import start
 
     begin, length = (number * p.cycle for number in cycles)
@@ -83,7 +83,8 @@ def observed(
         "mean_energy": energy[1:].mean(axis=0),
     }
     kept = {"time": times - begin, "displacement": displacement, "mode_energy": energy}
-    return found | (kept if history else {})
+    first = {name: values[: history * samples + 1] for name, values in kept.items()}
+    return found | (first if history else {})
 
 
 def gather(

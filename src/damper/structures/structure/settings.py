@@ -209,8 +209,13 @@ class StructureStudy(StudyFile):
         Field(ge=4, le=10_000, description="Samples of displacements and energies in a cycle."),
     ] = 64
     history: Annotated[
-        bool, Field(description="Whether the samples are kept, over the dimension instant.")
-    ] = False
+        int,
+        Field(
+            ge=0,
+            description="Cycles from the window's start of which the samples are kept, over the "
+            "dimension instant; up to periods.",
+        ),
+    ] = 0
     figures: Annotated[
         dict[str, Annotated[ProductBase, FIGURES]],
         NamedMapping("figure"),
@@ -275,6 +280,9 @@ class StructureStudy(StudyFile):
         for name, axis in self.axes.items():
             if axis.unit and name != "forcing_frequency":
                 mistakes.add(("axes", name, "unit"), f"{name} is not in Hz here", "left out")
+        if self.history > self.periods:
+            message = f"the window has {self.periods} cycles"
+            mistakes.add(("history",), message, f"up to {self.periods}")
         known = {*self.axes, *DIMENSIONS}
         for section, stem, made in self.products():
             for key in ("along", "lines", "panels"):
