@@ -20,7 +20,8 @@ from damper.parameters import Parameters, SIParameters
 from damper.parameters.files import path_of
 from damper.parameters.forcing import forcing_of
 from damper.parameters.lazy import pd
-from damper.parameters.names import unknown_name
+from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
+from damper.parameters.quantities import INITIAL_NAMES
 from damper.sizing.words import text_of
 from damper.study.yaml_file import read_yaml
 
@@ -28,8 +29,11 @@ from damper.study.yaml_file import read_yaml
 _CONFIDENCE = 0.95
 #: Autocorrelation of a residual, in standard errors, from which on it is no white noise.
 _WHITE = 4.0
-#: Half of an interval over the value from which on the data do not determine it.
-_VAGUE = 0.5
+#: Half of an interval over the value from which on it counts which unknowns the data tell apart,
+#: and from which on the data do not determine the value.
+_LOOSE, _VAGUE = 0.1, 0.5
+#: Singular value, over the largest one, of what the data cannot tell at all.
+_NOTHING = 1e-6
 #: Part of an allowed range within which a value is at its end.
 _AT_END = 1e-4
 #: Errors of a profile's points.
@@ -183,10 +187,23 @@ def identify(
     if "forcing" not in known and not known.get("force_amplitude"):
         known = {**_FREE[si], **known}
         assumed.append("Nothing drives the machine: free motion.")
+        started = [n for n in INITIAL_NAMES[:2] if _is_unknown(n, free, known, recordings)]
+        if started:
+            free = [*free, *started]
+            assumed.append(f"No {' and no '.join(started)} is given: unknown as well.")
     problem = RecordedDamper(known, recordings, list(free), starts, ranges)
     fitter = Fitter(problem)
     problem.check(fitter.start(0))
     return _answer(fitter, fitter.best(), assumed)
+
+
+def _is_unknown(
+    name: str, free: Sequence[str], known: Mapping[str, Any], records: Sequence[Recording]
+) -> bool:
+    """Whether a record of free motion begins in a way that nobody says."""
+    showing = [record for record in records if record.is_sampled]
+    said = name in known or name in [NAMES_BY_SYMBOL.get(one, one) for one in free]
+    return not said and any(name not in record.known for record in showing)
 
 
 def _read(machine: Any, known: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -283,8 +300,8 @@ def _profile(fitter: Fitter, fit: Fit, which: Sequence[int]) -> pd.DataFrame:
     for j in which:
         label = fitter.problem.unknowns[j].label
         for way in _PROFILE:
-            other = fitter.profile(fit, j, way)
-            rows.append((label, other.point[j], other.cost / (fit.cost or 1.0)))
+            for other in fitter.profile(fit, j, way):
+                rows.append((label, other.point[j], other.cost / (fit.cost or 1.0)))
     return pd.DataFrame(rows, columns=["quantity", "value", "sum_of_squares"])
 
 
@@ -320,11 +337,15 @@ def _warnings(fitter: Fitter, fit: Fit, low: np.ndarray, high: np.ndarray) -> It
     problem, unknowns = fitter.problem, fitter.problem.unknowns
     own = [j for j, unknown in enumerate(unknowns) if unknown.name not in OF_RECORD]
     own += [j for j, unknown in enumerate(unknowns) if unknown.name == "scale"]
+    half = 0.5 * (high - low)
+    said = set()
     for value, which in fit.confused:
-        names = [unknowns[j].label for j in which if j in own]
-        if len(names) > 1:
-            how = "cannot" if value < 1e-6 else "hardly"
-            yield f"The data {how} tell {' and '.join(names)} apart: only a combination of them."
+        names = ", ".join(unknowns[j].label for j in which if j in own)
+        loose = any(j in own and half[j] > _LOOSE * abs(fit.point[j]) for j in which)
+        if ", " in names and loose and names not in said:
+            how = "cannot" if value < _NOTHING else "hardly"
+            yield f"The data {how} tell apart: {names}. They say more of a combination of these."
+            said.add(names)
     for j in own:
         unknown, value = unknowns[j], float(fit.point[j])
         if unknown.record is None and not high[j] - low[j] <= 2.0 * _VAGUE * abs(value):
@@ -340,7 +361,7 @@ def _warnings(fitter: Fitter, fit: Fit, low: np.ndarray, high: np.ndarray) -> It
             "The residual is no white noise: the machine has more than this model, or the fit is "
             "not the best one. The intervals are too narrow."
         )
-    elif fit.variance > 4.0 * fitter.least:
+    elif fit.variance > max(4.0 * fitter.least, _NOTHING**2):
         yield "A part of the records fits much better than the whole: the model may lack something."
     for record in problem.records:
         if record.is_sampled and record.step * problem.rate * _COARSE > math.tau:

@@ -16,7 +16,7 @@ from damper.identification.problem import OF_RECORD, RecordedDamper
 _PARTS = (0.125, 0.19, 0.28, 0.42, 0.65, 1.0)
 #: Starts that are tried; how many of them, or of points around the best ones, are fitted in the
 #: first window and in later ones; points around; looks around the last fit.
-_STARTS, _FIRST, _KEPT, _DRAWS, _LOOKS = 60, 5, 2, 20, 3
+_STARTS, _FIRST, _KEPT, _DRAWS, _LOOKS = 100, 5, 3, 20, 3
 #: Steps of a fit in a window, of one of the whole, of the last one and of one in a profile.
 _IN_WINDOW, _WHOLE, _LAST, _NEAR = 5, 8, 30, 2
 #: Longest window in which all starts are tried again.
@@ -24,6 +24,12 @@ _SHORT = 0.25
 #: Rounds of starts at most, where a residual is not white or much larger than in a window.
 _ROUNDS = 3
 _WHITE, _LARGER = 4.0, 4.0
+#: Fits of a profile to one side at most, and part of the expected rise at which it ends.
+_OUTWARD, _RISEN = 5, 0.8
+#: Longest step of a profile over the range of starts.
+_LONGEST = 0.15
+#: Variance, over the noise that is taken at first, of records that are as exact as the runs.
+_EXACT = 1e-12
 #: Degrees of freedom from which on the variance of a window says something.
 _TELLING = 8
 #: Standard errors of the sum of squares by which a point that goes on may exceed the best one.
@@ -98,6 +104,8 @@ class Fit:
     def autocorrelation(self) -> float:
         """Largest correlation of neighbours in the residual of a record, in standard errors."""
         begin, most = 0, 0.0
+        if self.variance < _EXACT:
+            return most
         for record in self.problem.records:
             some = self.residuals[begin : begin + len(record.times)]
             begin += len(record.times)
@@ -137,7 +145,8 @@ class Fitter:
         """Return the best fit of all starts; more of them where its residual is suspicious."""
         best = self._round(0)
         for number in range(1, _ROUNDS):
-            if best.autocorrelation() < _WHITE and best.variance <= _LARGER * self.least:
+            much = max(_LARGER * self.least, _EXACT)
+            if best.autocorrelation() < _WHITE and best.variance <= much:
                 break
             best = min(best, self._round(number), key=lambda fit: fit.cost)
         best = self._weighed(best)
@@ -169,11 +178,11 @@ class Fitter:
             fit = self.fit(fit.point, 1.0, _WHOLE)
         return fit
 
-    def _round(self, number: int) -> Fit:
+    def _round(self, turn: int) -> Fit:
         """Fit the best starts of a round, from short windows to the whole."""
-        starts = [self.start(k) for k in range(number * _STARTS, (number + 1) * _STARTS)]
+        starts = [self.start(k) for k in range(turn * _STARTS, (turn + 1) * _STARTS)]
         points, count = starts, _FIRST
-        for part in self.parts:
+        for number, part in enumerate(self.parts, 1):
             steps = _IN_WINDOW if part < 1.0 else _WHOLE
             fits = [self.fit(point, part, steps) for point in self._best_of(points, part)[:count]]
             fits.sort(key=lambda fit: fit.cost)
@@ -184,7 +193,8 @@ class Fitter:
             if fits[0].freedom >= _TELLING:
                 self.least = min(self.least, fits[0].variance)
             points = [point for fit in fits for point in self._around(fit)]
-            points += starts if part < _SHORT else []
+            # All starts again while windows are short, and for the whole.
+            points += starts if part < _SHORT or number == len(self.parts) - 1 else []
             count = _KEPT
         best = fits[0]
         # The order of impacts makes the sum of squares rugged: look around for a lower place.
@@ -275,11 +285,24 @@ class Fitter:
             self.tried.append((fit.cost, fit.point))
         return fit
 
-    def profile(self, fit: Fit, j: int, way: float) -> Fit:
-        """Fit of the other unknowns where one is off by `way` standard errors."""
-        covariance = fit.covariance
-        point = fit.point + way * covariance[:, j] / math.sqrt(covariance[j, j])
-        return self.fit(np.clip(point, *self.bounds), 1.0, _NEAR, j)
+    def profile(self, fit: Fit, j: int, way: float) -> Iterator[Fit]:
+        """Fits of the other unknowns, of which one goes off to where the data are against it.
+
+        The first one is `way` standard errors off. The next ones go on from there, where the sum of
+        squares has risen less than the covariance says.
+        """
+        covariance, point = fit.covariance, fit.point
+        step = way * covariance[:, j] / math.sqrt(covariance[j, j])
+        step *= min(1.0, _LONGEST * self.widths[j] / abs(step[j]))
+        for _ in range(_OUTWARD):
+            before, point = point[j], np.clip(point + step, *self.bounds)
+            if point[j] == before:
+                return
+            other = self.fit(point, 1.0, _NEAR, j)
+            yield other
+            if other.cost >= fit.cost + way**2 * fit.variance * _RISEN:
+                return
+            point = other.point
 
     def reach(self, fit: Fit, errors: float) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest values of the unknowns that are no further than some standard errors.
