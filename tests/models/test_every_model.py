@@ -349,6 +349,10 @@ GENERAL = (
     "fly_on",
     "bounce_of",
     "state_by_start",
+    "exactly",
+    "own_state",
+    "box_at",
+    "travel_of",
 )
 #: What every force answers but `damper.engine.forcing.weighed`, which is made of one: no weight.
 UNWEIGHED: dict[str, Any] = {

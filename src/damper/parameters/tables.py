@@ -42,7 +42,7 @@ def read_table(name: str, given: Any) -> Table:
     Traceback (most recent call last):
     ...
     ValueError: restitution_table, rows 0 and 1: from (0.1, 0.9) to (0.2, 0.3) the rebound speed \
-falls while the approach speed rises; the coefficient must fall by at most 0.3685 here
+falls while the approach speed rises; the coefficient must fall by at most 0.3684 here
     """
     wanted = f"{name}: must be rows (approach speed, restitution), such as [(0.1, 0.9), (1, 0.8)]"
     if isinstance(given, str | bytes | Mapping) or not isinstance(given, Iterable):
