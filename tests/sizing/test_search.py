@@ -26,11 +26,9 @@ FRAME = {
 }
 
 
-ALL_DAMPERS = [False, pytest.param(True, marks=pytest.mark.exhaustive)]
-
-
+@pytest.mark.exhaustive
 @pytest.mark.usefixtures("few_starts")
-@pytest.mark.parametrize("whole", ALL_DAMPERS)
+@pytest.mark.parametrize("whole", [False, True])
 def test_the_decay_law_is_found_in_its_limit(whole: bool) -> None:
     """At a mass ratio of 1e-3: the time to 1 %, by a gap within 5 % of the law's fold.
 

@@ -142,8 +142,8 @@ def test_sizes_by_hand() -> None:
 # --- the same motion
 
 
-def observers(units: Units, model: str = "rigid") -> dict[str, Any]:
-    """All that know a model, with what they are given in units: thresholds and a time."""
+def observers(units: Units, model: str = "rigid", coefficient: float = 1.0) -> dict[str, Any]:
+    """All that know a model, with what they are given in units: thresholds, a time, a mass."""
     speed = {"threshold": {"speed": 0.05 * units.speed}}
     given: dict[str, Any] = dict.fromkeys(OBSERVERS) | {
         "stroboscopic_section": {"free_mass": True},
@@ -151,6 +151,7 @@ def observers(units: Units, model: str = "rigid") -> dict[str, Any]:
         "bursts": {"records": 4, **speed},
         "burst_at": {"time": 4.0 * units.time, **speed},
         "chatter_bursts": speed,
+        "harvest": {"coefficient": coefficient},
         "response": {"modulation_work": True},
         "statistics": {"above": 0.05 * units.speed},
         "trajectory": {"samples_per_period": 9, "events": 9},
@@ -186,7 +187,8 @@ def test_a_run_in_si_is_the_dimensionless_one_in_other_units(model: str, force: 
     p, units = si.dimensionless, si.units
     sizes = dict(zip(INITIAL_NAMES, (units.length, units.speed, 1.0, units.speed), strict=True))
     start = {name: size * chance.uniform(-1, 1) for name, size in sizes.items()}
-    asked = [(observers(units, p.model), observers(NO_UNITS, p.model))]
+    harvest = units.speed**2 / units.energy
+    asked = [(observers(units, p.model), observers(NO_UNITS, p.model, harvest))]
     asked += [({"impact_section": {}},) * 2]
     run = {"transient": 1, "periods": 2, "max_events": 200}
     inside = {name: value / sizes[name] for name, value in start.items()}
@@ -429,7 +431,9 @@ def test_free_motion_has_its_lengths_in_half_of_the_gap() -> None:
     np.testing.assert_array_equal(found["time"], ratios["time"] * units.time)
     run = {"transient": 0, "periods": 8, "initial_position": 0.5}
     cube = simulate(free, initial_displacement=0.1, **run, observers=observers(units))
-    scaled = simulate(p, initial_displacement=2.0, **run, observers=observers(NO_UNITS))
+    harvest = units.speed**2 / units.energy
+    asked = observers(NO_UNITS, coefficient=harvest)
+    scaled = simulate(p, initial_displacement=2.0, **run, observers=asked)
     assert cube.half_cycles > 3
     assert_scaled(cube, scaled, units)
     # F0/K grows as the force does, and half of the gap does not.

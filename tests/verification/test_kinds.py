@@ -31,7 +31,24 @@ COMPARISON = {
     },
     "tables": {"errors": {"kind": "solver_errors"}, "speed": {"kind": "solver_speed"}},
 }
-GOOD = {"comparison": COMPARISON}
+STRUCTURE = {
+    "title": "A beam",
+    "source": "a test",
+    "kind": "structure",
+    "structure": {
+        "modes": [{"frequency": 1.0, "damping_ratio": 0.01, "shapes": {"tip": 1.0, "force": 1.0}}]
+    },
+    "masses": [{"box": "tip", "free_mass": 0.1, "gap": "40 mm", "restitution": 0.6}],
+    "parameters": {"force_amplitude": 2.0, "forcing_frequency": "1 Hz"},
+    "axes": {"gap_0": {"values": [0.04, 9.0]}},
+    "transient": 2,
+    "periods": 2,
+    "figures": {
+        "peak": {"kind": "lines", "variables": ["peak_displacement"], "along": "gap_0"}
+        | {"lines": "point"}
+    },
+}
+GOOD = {"comparison": COMPARISON, "structure": STRUCTURE}
 
 
 def write(folder: Path, data: object) -> Path:
@@ -67,6 +84,13 @@ def test_every_kind_is_tried_here():
 #: Of each rule that only these studies have one; what all files have in common is tested with them.
 MISTAKES = [
     ("comparison", ("kind",), "comparisons", "kind", "did you mean 'comparison'?"),
+    (
+        "structure",
+        ("structure", "modes"),
+        [{"frequency": 1.0}],
+        "structure.modes[0].damping_ratio",
+        "'damping_ratio' is missing",
+    ),
     ("comparison", ("scenes",), {}, "scenes", "at least one of the scenes must be given"),
     ("comparison", ("solvers", "dop583"), [1], "solvers.dop583", "did you mean 'dop853'?"),
     (

@@ -8,7 +8,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, GetJsonSchemaHandler, TypeAdapter
+from pydantic_core import CoreSchema, core_schema
 
 from damper.analysis.labels import label_of
 from damper.parameters.dampers import SIParameters
@@ -33,6 +34,25 @@ Place = int | Text | Annotated[tuple[float, ...], Field(strict=False)]
 """Number of a coordinate, name of a place or of an array, or weights."""
 
 
+class OrFile:
+    """Marks a list or a mapping: the path of a file may stand in its place."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        text = TypeAdapter(Text)
+        return core_schema.no_info_wrap_validator_function(
+            lambda value, inner: (
+                text.validate_python(value) if isinstance(value, str) else inner(value)
+            ),
+            handler(source),
+            serialization=core_schema.simple_ser_schema("any"),
+        )
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return {"anyOf": [handler(core["schema"]), {"type": "string"}]}  # type: ignore[typeddict-item]
+
+
 class ModeEntry(StrictModel):
     """A mode of the structure."""
 
@@ -51,7 +71,7 @@ class StructureEntry(StrictModel):
     """The structure, by its modes or by its matrices."""
 
     modes: Annotated[
-        Annotated[tuple[ModeEntry, ...], Field(strict=False)] | Text | None,
+        Annotated[tuple[ModeEntry, ...], Field(strict=False), OrFile()] | None,
         Field(
             description="A CSV file with one row a mode; or a list of modes: frequency in Hz, "
             "damping_ratio, modal_mass (1 for shapes normalised by mass) and shapes: name of a "
@@ -59,7 +79,7 @@ class StructureEntry(StrictModel):
         ),
     ] = None
     matrices: Annotated[
-        dict[str, Text] | Text | None,
+        Annotated[dict[str, Text], OrFile()] | None,
         Field(
             description="A file .npz or .mat with the matrices, or a file .mtx or .npy for each of "
             "mass, damping, stiffness."
@@ -92,7 +112,7 @@ class StructureEntry(StrictModel):
         if (given.get("modes") is None) == (given.get("matrices") is None):
             mistakes.add((), "the structure is given by one of two", "modes or matrices")
         of_matrices = {"boxes", "points", "base"} if given.get("modes") is not None else set()
-        for key in sorted(of_matrices & given.keys()):
+        for key in sorted(key for key in of_matrices if given.get(key)):
             mistakes.add((key,), f"{key} goes with matrices", "a column or shape of modes")
 
     def made(self, folder: Path) -> Structure:
