@@ -93,9 +93,13 @@ def run(code: str, folder: Path = SOURCE.parent, **variables: str) -> str:
 
 
 #: Compiling another model, or the rigid one with another law, takes half a minute or more each.
+#: Time-varying masses are in no study of the reduced workflow, so here they are compiled.
 *OTHERS, YIELDING = (
-    pytest.param(model, marks=pytest.mark.exhaustive)
-    for model in ("grounded", "compliant", "time_varying", "sliding", "several", "yielding")
+    "time_varying",
+    *(
+        pytest.param(model, marks=pytest.mark.exhaustive)
+        for model in ("grounded", "compliant", "sliding", "several", "yielding")
+    ),
 )
 
 
@@ -327,7 +331,7 @@ print(json.dumps([len(given_back), [name for name, s in given_back if things(s.r
 
 
 @needs_numba
-@pytest.mark.parametrize("model", ["rigid", *OTHERS])
+@pytest.mark.parametrize("model", ["rigid", *OTHERS[1:]])
 def test_compiled_code_gives_no_named_tuple_back(model: str) -> None:
     """An interrupt while numba makes one ends the process; see `damper.engine.compiled.plain`."""
     code = f"MODEL = {model!r}\n{GIVEN_BACK}"

@@ -353,6 +353,7 @@ GENERAL = (
     "own_state",
     "box_at",
     "travel_of",
+    "only_wall_of",
 )
 #: What every force answers but `damper.engine.forcing.weighed`, which is made of one: no weight.
 UNWEIGHED: dict[str, Any] = {

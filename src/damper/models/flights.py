@@ -71,6 +71,12 @@ def travel_of(model: Any) -> float:
     return 2.0 * float(model.clearance)
 
 
+@by_class_or_default
+def only_wall_of(model: Any) -> float:
+    """Side of the wall where there is one alone; 0 where there are two."""
+    return 0.0
+
+
 @by_class
 def begin_flight(mass: Any, model: Any, segment: Segment, shift: float) -> Any:
     """What a flight follows from: the primary's `Motion`, or `Both` where the free mass has one.

@@ -34,7 +34,16 @@ from damper.engine.segment import (
 )
 from damper.engine.tuples import changed, made_of
 from damper.models import flights
-from damper.models.flights import EVENT, Bounce, End, bounce_at, fly, travel_of, unclipped
+from damper.models.flights import (
+    EVENT,
+    Bounce,
+    End,
+    bounce_at,
+    fly,
+    only_wall_of,
+    travel_of,
+    unclipped,
+)
 
 
 @by_class
@@ -303,8 +312,8 @@ def initial_segment_of(
     x, v = box_at(model.free, periods, time, x, v)
     relative = y - x
     side = 1.0 if relative >= 0.0 else -1.0
-    if travel_of(model) == math.inf:
-        side = model.walls
+    if only_wall_of(model) != 0.0:
+        side = only_wall_of(model)
     gap = clearance - side * relative
     rate = -side * (u - v)
     mode = FLIGHT

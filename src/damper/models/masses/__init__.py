@@ -140,6 +140,11 @@ def _joined(p: Parameters, drive: Drive) -> Oscillator:
 walls.have_rigid_walls(Rigid)
 
 
+@flights.only_wall_of.of(Rigid)
+def _only_wall_of(model):
+    return model.walls
+
+
 @flights.travel_of.of(Rigid)
 def _travel_of(model):
     return 2.0 * model.clearance if model.walls == 0.0 else math.inf
