@@ -331,7 +331,9 @@ print(json.dumps([len(given_back), [name for name, s in given_back if things(s.r
 
 
 @needs_numba
-@pytest.mark.parametrize("model", ["rigid", *OTHERS[1:]])
+@pytest.mark.parametrize(
+    "model", ["rigid", pytest.param("time_varying", marks=pytest.mark.exhaustive), *OTHERS[1:]]
+)
 def test_compiled_code_gives_no_named_tuple_back(model: str) -> None:
     """An interrupt while numba makes one ends the process; see `damper.engine.compiled.plain`."""
     code = f"MODEL = {model!r}\n{GIVEN_BACK}"
