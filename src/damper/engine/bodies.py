@@ -376,6 +376,13 @@ def _point_at(moving, tau):
 @compiled
 def _event_point(tau, sums, primary, way, motion):
     snap, crackle, _ = higher_derivatives(primary.osc, motion)
+    state = Primary(way, motion.v, motion.a, motion.j, snap, crackle)
+    return event_point(tau, sums, state)
+
+
+@compiled
+def event_point(tau: float, sums: TermSums, state: Any) -> EventPoint:
+    """The point of a search at which the terms add up to `sums`; `state` is for the caller."""
     return EventPoint(
         tau,
         sums.value,
@@ -387,7 +394,7 @@ def _event_point(tau, sums, primary, way, motion):
         sums.bound4,
         sums.growth,
         ROUNDOFF * sums.size,
-        Primary(way, motion.v, motion.a, motion.j, snap, crackle),
+        state,
     )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from damper.parameters.dampers import Parameters
+from damper.parameters.dampers import SIParameters
 from damper.parameters.forcing import (
     HARMONIC,
     Base,
@@ -162,7 +162,7 @@ class ScaledParameters:
         return self.each[0].yield_exponent
 
 
-class StructureParameters(QuantityClass, shares=Parameters):
+class StructureParameters(QuantityClass, shares=SIParameters):
     """Free masses in the boxes of a structure, in SI units; `damper.SIParameters` makes it.
 
     Parameters
@@ -236,28 +236,9 @@ class StructureParameters(QuantityClass, shares=Parameters):
     restitution_left: float = shared(default=math.inf)
     yield_speed: float = shared(default=math.inf)
     yield_exponent: float = shared(default=0.25)
-    gravity: float = quantity(
-        r"$\gamma$",
-        "acceleration of gravity",
-        "m/s2",
-        definition="its sine of the inclination accelerates the free mass to the left wall",
-        default=0.0,
-    )
-    inclination: float = quantity(
-        r"$\alpha$",
-        "inclination of the box",
-        "degree",
-        definition="0 is level; -90 has the left wall on top",
-        minimum=-90.0,
-        maximum=90.0,
-        default=90.0,
-    )
-    friction_coefficient: float = quantity(
-        r"$\mu_\mathrm{f}$",
-        "coefficient of dry friction between free mass and box",
-        minimum=0.0,
-        default=0.0,
-    )
+    gravity: float = shared(default=0.0)
+    inclination: float = shared(default=90.0)
+    friction_coefficient: float = shared(default=0.0)
     transverse_acceleration: float = quantity(
         r"$g_\perp$",
         "acceleration across the box",

@@ -82,7 +82,7 @@ class StrictModel(BaseModel):
         for key, unit in _units(cls).items():
             if key in read:
                 with refused((key,), mistakes):
-                    read[key] = each_number(read[key], lambda text: number_in("", text, [unit]))  # noqa: B023
+                    read[key] = each_number(read[key], partial(number_in, "", units=[unit]))
         return read
 
     @classmethod

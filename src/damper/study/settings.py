@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from functools import cache
+from functools import cache, partial
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -115,7 +115,7 @@ class OfQuantity(StrictModel):
             mistakes.add((), message, "values that all have a unit, or none of them")
         for key in _NUMBERS & given.keys():
             with refused((key,), mistakes):
-                read[key] = each_number(read[key], lambda text: number_in("", text, units))
+                read[key] = each_number(read[key], partial(number_in, "", units=units))
         return read
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.bodies import TermSums, added
+from damper.engine.bodies import TermSums, added, event_point
 from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.forcing import bound_of, force_rates, rate_of, turn_over, turned
@@ -70,7 +70,7 @@ _narrowed = changed(GapOrForce, "value")
 
 @compiled
 def course_of(model: OnStructure, b: np.ndarray, start: ModalStart, k: int) -> GapOrForce:
-    """What decides the next event of a mass: its gap, or its contact force where it sticks."""
+    """Gap of a mass in flight, or contact force of a mass that sticks."""
     m, side = mass_in(model.masses, k), float(b[k, SIDE])
     fall = float(start.system.own[FALLS, k])
     if is_on_wall(b[k, MODE]):
@@ -114,23 +114,6 @@ def _added_force(osc, weight, sums, motion):
 
 
 @compiled
-def _event_point(tau, sums):
-    return EventPoint(
-        tau,
-        sums.value,
-        sums.slope,
-        sums.second,
-        sums.third,
-        sums.fourth,
-        sums.fifth,
-        sums.bound4,
-        sums.growth,
-        ROUNDOFF * sums.size,
-        0.0,
-    )
-
-
-@compiled
 def first_point(course: GapOrForce) -> EventPoint:
     """Where a course begins."""
     if course.start.system.coupled:
@@ -147,7 +130,7 @@ def first_point(course: GapOrForce) -> EventPoint:
                 sums = _added_force(osc, weight, sums, motion)
             else:
                 sums = added(osc, weight, sums, motion, 0.0, 0.0, 0.0)
-    return _event_point(0.0, sums)
+    return event_point(0.0, sums, 0.0)
 
 
 @point_at.of(GapOrForce)
@@ -170,7 +153,7 @@ def _point_at(course, tau):
                 sums = _added_force(osc, weight, sums, motion)
             else:
                 sums = added(osc, weight, sums, motion, way, change, abs(way))
-    return _event_point(tau, sums)
+    return event_point(tau, sums, 0.0)
 
 
 @compiled_apart

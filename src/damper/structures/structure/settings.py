@@ -16,6 +16,7 @@ from damper.parameters.dampers import SIParameters
 from damper.parameters.masses import split
 from damper.parameters.names import OF_A_MASS_STRUCTURE
 from damper.parameters.structure import Structure
+from damper.parameters.units import own_number
 from damper.structures.structure.runs import DIMENSIONS, VARIABLES
 from damper.study.axes import grid
 from damper.study.fields import DistinctList, NamedMapping, StrictModel, Text
@@ -173,8 +174,7 @@ class StructureAxis(StrictModel):
     @property
     def own(self) -> list[float]:
         """The values in the quantity's own unit."""
-        size = 2.0 * math.pi if self.unit else 1.0
-        return [size * value for value in self.given]
+        return [own_number(value, self.unit) for value in self.given]
 
     def check_together(self, mistakes: Mistakes) -> None:
         parts = [self.start, self.stop, self.num]
