@@ -1,4 +1,4 @@
-"""What others have published or measured, and what the engine computes: docs/others.md.
+"""Published and measured numbers beside those of the engine: docs/others.md.
 
 python benchmarks/others.py [case ...]
 

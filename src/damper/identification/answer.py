@@ -68,7 +68,7 @@ class Identification:
     rms: Mapping[str, float]
     """Rms of the residual of each record, with its degrees of freedom."""
     warnings: tuple[str, ...]
-    """What the data cannot tell, and what is wrong with the fit."""
+    """Unknowns that the data cannot tell apart, and faults of the fit."""
     assumed: tuple[str, ...]
     studies: Mapping[str, dict[str, Any]]
     """Studies that run the result, a record each."""
@@ -333,7 +333,7 @@ def _compared(
 
 
 def _warnings(fitter: Fitter, fit: Fit, low: np.ndarray, high: np.ndarray) -> Iterator[str]:
-    """What the data cannot tell, and what is wrong."""
+    """Yield the unknowns that the data cannot tell apart, and the faults of the fit."""
     problem, unknowns = fitter.problem, fitter.problem.unknowns
     own = [j for j, unknown in enumerate(unknowns) if unknown.name not in OF_RECORD]
     own += [j for j, unknown in enumerate(unknowns) if unknown.name == "scale"]

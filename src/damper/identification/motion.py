@@ -50,7 +50,7 @@ _MOST_EVENTS = 20_000
 
 
 class Direction(NamedTuple):
-    """What a small change of an unknown does: to the start, and along the run."""
+    """Effect of a small change of an unknown: on the start, and along the run."""
 
     start: np.ndarray
     """Change of the dimensionless state at the start."""

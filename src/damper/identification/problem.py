@@ -364,7 +364,7 @@ class RecordedDamper:
     def residuals(
         self, point: np.ndarray, part: float = 1.0, derivatives: bool = False
     ) -> tuple[np.ndarray, np.ndarray]:
-        """What the first part of each record has beyond the run, over its noise.
+        """Residual of the first part of each record: record less run, over the noise.
 
         Returns
         -------

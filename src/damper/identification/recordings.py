@@ -38,7 +38,7 @@ _EQUAL = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """One record of a damper, as `damper.identify` takes it.
+    """A record of a damper for `damper.identify`.
 
     Parameters
     ----------

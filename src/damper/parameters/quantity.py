@@ -56,7 +56,7 @@ class Quantity:
     needs: str = ""
     """Quantity without which this one has no effect and is refused."""
     unless: str = ""
-    """What may be given in the place of one that must be given; it is infinite then."""
+    """Name that may be given in place of this quantity, which is infinite then."""
     law: str = ""
     """Contact law of `damper.engine.impact` that a value other than the default asks for."""
     from_si: Callable[..., float] | None = None

@@ -99,7 +99,7 @@ def listed_tables(parameters: Mapping[str, Any]) -> dict[str, Table]:
 
 
 def beside_numbers(masses: int = 0, tables: Mapping[str, Table] | None = None) -> dict[str, Any]:
-    """What every damper of a study has beside numbers: its masses, and tables as `listed_tables`.
+    """Return the masses of every damper of a study, and its tables as `listed_tables`.
 
     Examples
     --------

@@ -310,7 +310,7 @@ def _restitution_change(law, approach_speed):
 
 @plain
 def _wall_law(each: Sequence[Parameters]) -> tuple[Any, np.ndarray]:
-    """What the contact laws of all walls are made of, and the numbers of each mass's tables."""
+    """Constants of the contact laws of all walls, and the numbers of each mass's tables."""
     numbers = np.full((len(each), 2), -1.0)
     tables: list[Any] = []
     for k, q in enumerate(each):

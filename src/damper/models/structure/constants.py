@@ -58,7 +58,7 @@ class JoinedSystem(NamedTuple):
     """
 
     table: np.ndarray
-    """All that the modes have, a column for each: the functions below read its rows."""
+    """Constants of the modes, a column for each mode; the functions below read the rows."""
     own: np.ndarray
     """(3, m) what each free mass has: `STICKS`, `FALLS` and `YIELDS`."""
     number: int

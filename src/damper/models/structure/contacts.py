@@ -160,8 +160,8 @@ def _touches(bodies, k):
 def decide_contacts(model: OnStructure, s: StructureSegment, mode: float) -> None:
     """Let masses that touch a wall with no relative velocity stay or leave, in place.
 
-    Those that are newly at rest get `mode`. A mass that has stuck stays, unless the forces that
-    part it are more than roundoff.
+    A mass that comes to rest gets `mode`. A mass that has stuck stays, unless the force that
+    parts it is more than roundoff.
     """
     bodies, count = s.bodies, len(s.bodies)
     any_touches = False

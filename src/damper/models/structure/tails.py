@@ -60,8 +60,8 @@ class StructureChatter(NamedTuple):
 def close(model: OnStructure, s: StructureSegment, start: ModalStart) -> bool:
     """Close a chatter sequence that completes before anything else happens; whether one is closed.
 
-    In place. A sequence that has less than what counts as nothing left is at its end whatever
-    other masses do: where impacts kick other masses off their walls, all come to rest at once.
+    In place. A sequence whose time left is negligible ends now, even if other masses move: where
+    impacts kick other masses off their walls, all come to rest at once.
     """
     bodies, longest = s.bodies, negligible(model.tolerance)
     if may_collapse(bodies, longest):
