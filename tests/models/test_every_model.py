@@ -327,9 +327,9 @@ DECLARED = sorted(
 AIDS = ("longer_step", "proves_inside", "stays_below")
 #: A Taylor series of the derivatives that each force gives: it asks for those. And the law of one
 #: wall, where the walls are alike: what is asked of that has to be known. The row of a log is that
-#: of one free mass unless a model says otherwise, as are its motion and its deviations, and what
-#: impacts take from it, beside a primary alone in flight; its energy asks for the mass at a moment.
-#: Without dry friction it neither rests off the walls nor slides.
+#: of one free mass unless a model says otherwise, as are its motion, its deviations and what the
+#: laws are told of it, and what impacts take from it, beside a primary alone in flight; its energy
+#: asks for the mass at a moment. Without dry friction it neither rests off the walls nor slides.
 GENERAL = (
     "taylor",
     "law_at",
@@ -354,6 +354,13 @@ GENERAL = (
     "box_at",
     "travel_of",
     "only_wall_of",
+    "free_mass",
+    "begun",
+    "rebound_of",
+    "sample",
+    "tells_all",
+    "braked_by",
+    "has_no_time",
 )
 #: What every force answers but `damper.engine.forcing.weighed`, which is made of one: no weight.
 UNWEIGHED: dict[str, Any] = {

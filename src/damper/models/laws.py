@@ -2,19 +2,21 @@
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from damper.engine.bodies import Ballistic, FixedStop, acceleration_of
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_class
+from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import bound_of, phase_at, rate_of, turn_over, turned
-from damper.engine.impact import inertia_of
-from damper.engine.model import mass_ratio_at
+from damper.engine.impact import inertia_of, law_at, restitution_at
+from damper.engine.model import mass_ratio_at, motion
 from damper.engine.oscillator import Motion, Oscillator
-from damper.engine.segment import Segment
-from damper.models.flights import Both, unclipped
+from damper.engine.segment import CONTACT, FLIGHT, IMPACT, Segment
+from damper.models.flights import Both, travel_of, unclipped
 
 
 class Sample(NamedTuple):
-    """Where the masses are at one time of a segment; the gap unclipped, which `motion` clips."""
+    """Where a free mass is at one time of a segment; the gap unclipped, which `motion` clips."""
 
     x: float
     v: float
@@ -26,11 +28,102 @@ class Sample(NamedTuple):
     """Size of the gap's terms."""
 
 
-@by_class
-def contact_force(model: Any, segment: Segment, tau: float, at: Sample) -> tuple[float, float]:
-    """Contact force in sticking over the free mass, and the size of its terms.
+#: Columns of an array that has a row for each free mass: those fields of a `Sample`.
+GAP, RATE, TERMS = range(3)
 
-    Over the primary's mass where the free mass is infinite.
+
+class ObservedMass(NamedTuple):
+    """Constants of a free mass."""
+
+    ratio: float
+    """In energies: 0 of a fixed stop."""
+    share: float
+    """Its part of all free masses."""
+    clearance: float
+    travel: float
+    """From wall to wall."""
+    body: Any
+    """In flight, but for friction."""
+
+
+class Begun(NamedTuple):
+    """State of a free mass at the start of a segment."""
+
+    gap: float
+    rate: float
+    side: float
+    mode: float
+    is_hit: bool
+    """Whether an impact of it on a rigid wall begins the segment."""
+    kick: float
+    """Speed off its wall by an impact of another mass, where the mass is back there at once."""
+
+
+@by_class_or_default
+def free_mass(model: Any, segment: Any, k: int) -> ObservedMass:
+    """Constants of one of the free masses, at a segment's start."""
+    ratio = inertia_of(mass_ratio_at(model, segment.periods, segment.time))
+    return ObservedMass(ratio, 1.0, model.clearance, travel_of(model), model.mass)
+
+
+@by_class_or_default
+def begun(model: Any, segment: Any, k: int) -> Begun:
+    """State of one of the free masses at a segment's start."""
+    s = segment
+    is_hit = s.cause == IMPACT and s.mode != CONTACT
+    return Begun(s.gap, s.gap_rate, s.side, s.mode, is_hit, 0.0)
+
+
+@by_class_or_default
+def rebound_of(model: Any, k: int, side: float, speed: float) -> float:
+    """Rebound speed of one of the free masses by the law of its wall."""
+    return restitution_at(law_at(model.law, side), speed) * speed
+
+
+@by_class_or_default
+def sample(
+    model: Any, segment: Any, start: Any, tau: float, masses: np.ndarray
+) -> tuple[float, float]:
+    """Displacement and velocity of the primary; each free mass in a row of `masses`."""
+    s = segment
+    if s.mode == FLIGHT and s.gap >= 0.0:
+        x, v, masses[0, GAP], masses[0, RATE] = unclipped(model, s, start, tau)
+        masses[0, TERMS] = s.gap + (abs(s.gap_rate) + abs(s.v)) * tau
+        masses[0, TERMS] += mass_size(model.mass, start, tau)
+    else:
+        x, v, gap, masses[0, RATE] = motion(model, s, tau)
+        masses[0, GAP] = gap
+        masses[0, TERMS] = abs(gap) + (abs(s.v) + abs(s.gap_rate)) * s.duration
+    return x, v
+
+
+@by_class_or_default
+def tells_all(model: Any, segment: Any) -> bool:
+    """Whether the log has told of all events at a segment's start; another row tells of others."""
+    return True
+
+
+@by_class_or_default
+def braked_by(model: Any, segment: Any, masses: np.ndarray) -> float:
+    """Change of the primary's velocity by masses that come to rest at once after impacts.
+
+    `masses` are those before, as `sample` has them.
+    """
+    return 0.0
+
+
+@by_class_or_default
+def has_no_time(model: Any, segment: Any, k: int, rebound: float) -> bool:
+    """Whether a mass comes to rest after an impact within the tolerance, so at once."""
+    return False
+
+
+@by_class
+def contact_force(model: Any, segment: Any, k: int, tau: float, at: Sample) -> tuple[float, float]:
+    """Contact force of a mass that sticks or rests, over the mass, and the size of its terms.
+
+    It is that beyond the force at which friction gives way; over the primary's mass where the free
+    mass is infinite.
     """
 
 
@@ -52,16 +145,6 @@ def mass_speed(mass: Any, clearance: float, x: float, v: float, duration: float)
 @by_class
 def force_size(mass: Any, model: Any, segment: Segment, tau: float, at: Sample) -> float:
     """Size of the terms of what parts masses that stick."""
-
-
-@by_class
-def compare_masses(model: Any, last: Any, segment: Any, found: Any) -> None:
-    """Compare the end of a segment of several free masses with the start of the next one."""
-
-
-@by_class
-def sample_masses(model: Any, segment: Any, found: Any) -> None:
-    """Look at samples of a segment of several free masses: beyond walls, at contact forces."""
 
 
 @compiled
@@ -110,17 +193,8 @@ def largest_force(model: Any) -> float:
 
 
 @compiled
-def flight_at(model: Any, segment: Segment, start: Any, tau: float) -> Sample:
-    """Motion in flight a time `tau` after the segment's start; `start` is what it follows from."""
-    s = segment
-    x, v, gap, rate = unclipped(model, s, start, tau)
-    size = s.gap + (abs(s.gap_rate) + abs(s.v)) * tau + mass_size(model.mass, start, tau)
-    return Sample(x, v, gap, rate, size)
-
-
-@compiled
 def rigid_contact_force(
-    model: Any, segment: Segment, tau: float, at: Sample
+    model: Any, segment: Segment, k: int, tau: float, at: Sample
 ) -> tuple[float, float]:
     """As `contact_force`, of rigid walls."""
     # What parts the masses: the difference of their accelerations in the flight that would begin.

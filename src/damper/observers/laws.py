@@ -13,35 +13,28 @@ import numpy as np
 from damper.engine.bodies import strength_on, weight_on
 from damper.engine.compiled import compiled
 from damper.engine.forcing import bound_of, rate_of
-from damper.engine.impact import inertia_of, law_at, mean_of, restitution_at
-from damper.engine.model import begin, mass_ratio_at, motion, read_segment
-from damper.engine.segment import (
-    COLUMNS,
-    CONTACT,
-    FLIGHT,
-    IMPACT,
-    RESTING,
-    STICKING,
-    TAIL,
-    segment_at,
-    write_segment,
-)
+from damper.engine.impact import mean_of
+from damper.engine.model import begin, count_masses, mass_ratio_at, read_segment, write_row
+from damper.engine.segment import FLIGHT, IMPACT, RESTING, STICKING, TAIL
 from damper.engine.trajectory import Trajectory
-from damper.models.flights import travel_of
 from damper.models.laws import (
-    FEWEST_SAMPLES,
-    SAMPLES,
-    SHORT,
+    GAP,
+    RATE,
+    TERMS,
     Sample,
-    compare_masses,
+    begun,
+    braked_by,
     contact_force,
     contact_speed,
-    flight_at,
     force_bound,
+    free_mass,
+    has_no_time,
     larger,
     mass_speed,
-    sample_masses,
+    rebound_of,
+    sample,
     samples_in,
+    tells_all,
     violation,
 )
 from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
@@ -53,9 +46,6 @@ from damper.parameters.models import ON_PRIMARY, models_of, room_of
 _FOUND = record_type(
     *LAW_NAMES, "input", "input_size", "lost", "stored", "stored_last", "largest", "segments"
 )
-
-
-_SAMPLE = record_type(*Sample._fields)
 
 
 class Laws(Observer):
@@ -79,16 +69,12 @@ class Laws(Observer):
         self._found = np.zeros(1, _FOUND)
         for name in ("touch", "momentum", "restitution_law", "tensile_force"):
             self._found[name] = np.nan
-        self._several = trajectory.columns > COLUMNS
         self._last = np.zeros(trajectory.columns)
-        self._end = np.zeros(1, _SAMPLE)
+        self._masses = np.zeros((3, count_masses(self._model), len((GAP, RATE, TERMS))))
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        if self._several:
-            _follow_several(self._model, self._tables, log, self._found, self._last)
-            return
-        _follow(self._model, self._tables, log, self._found, self._last, self._end)
+        _follow(self._model, self._tables, log, self._found, self._last, self._masses)
 
     def finish(self, finished: bool) -> None:
         """Write what was found, up to a stop too; nothing where the window was not reached."""
@@ -103,51 +89,18 @@ class Laws(Observer):
 
 
 @compiled
-def _follow(model, tables, log, records, last, ends):
-    found = records[0]
-    end = ends[0]
-    at = Sample(end.x, end.v, end.gap, end.rate, end.terms)
-    for index in range(len(log)):
-        for column in range(COLUMNS):
-            if not math.isfinite(log[index, column]):
-                found.not_finite += 1.0
-                break
-        s = segment_at(log[index])
-        if found.segments > 0.0:
-            _compare(model, segment_at(last), at, s, found)
-        if s.mode == FLIGHT and s.gap >= 0.0:
-            at = _sample_flight(model, s, found)
-        else:
-            at = _sample_contact(model, s, found)
-        _add_energies(model, tables, s, index == len(log) - 1, found)
-        mass_ratio = inertia_of(mass_ratio_at(model, s.periods, s.time))
-        last_size = _kinetic_size(mass_ratio, at.v, at.rate, at.v - s.side * at.rate)
-        found.largest = larger(found.largest, last_size)
-        found.segments += 1.0
-        write_segment(last, s, s.duration)
-    end.x = at.x
-    end.v = at.v
-    end.gap = at.gap
-    end.rate = at.rate
-    end.terms = at.terms
-
-
-@compiled
-def _follow_several(model, tables, log, records, last):
+def _follow(model, tables, log, records, last, masses):
     found = records[0]
     for index in range(len(log)):
         if not np.all(np.isfinite(log[index])):
             found.not_finite += 1.0
         s = read_segment(model, log[index])
         if found.segments > 0.0:
-            before = read_segment(model, last)
-            passed = (s.periods - before.periods) * model.cycle + (s.time - before.time)
-            found.clock = larger(found.clock, abs(passed - before.duration) / model.cycle)
-            compare_masses(model, before, s, found)
-        sample_masses(model, s, found)
+            _compare(model, read_segment(model, last), s, masses[0], found)
+        _sample(model, s, masses, found)
         _add_energies(model, tables, s, index == len(log) - 1, found)
         found.segments += 1.0
-        last[:] = log[index]
+        write_row(model, last, s, s.duration)
 
 
 @compiled
@@ -171,7 +124,6 @@ def _add_energies(model, tables, s, is_last, found):
     # The loss of an impact at the start of the first segment belongs to the time before the window.
     if s.cause == IMPACT and found.segments > 0.0:
         found.lost += impact_loss(model, s)
-    found.largest = max(found.largest, _energy_size(model, s))
     for k in range(2):
         if (k == 0 and found.segments == 0.0) or (k == 1 and is_last):
             energy = stored_energy(model, s, 0.0 if k == 0 else s.duration)
@@ -182,133 +134,135 @@ def _add_energies(model, tables, s, is_last, found):
 
 
 @compiled
-def _compare(model, last, end, s, found):
+def _compare(model, last, s, ends, found):
     """Compare the end of one segment with the start of the next one."""
     passed = (s.periods - last.periods) * model.cycle + (s.time - last.time)
     found.clock = larger(found.clock, abs(passed - last.duration) / model.cycle)
-    gap = end.gap
-    rate = end.rate
-    force = force_bound(model)
-    size = end.terms + force + abs(end.x)
-    if s.side != last.side:
-        gap = travel_of(model) - gap
-        rate = -rate
-        size += travel_of(model)
-    # Terms of a velocity: the velocity at the start, and the share of spring, force and dashpot.
-    added = (force + abs(last.x)) * min(last.duration, 1.0)
-    added += abs(last.v) * min(2.0 * model.free.damping * last.duration, 1.0)
-    added += mass_speed(model.mass, model.clearance, abs(end.x), abs(last.v), last.duration)
-    speeds = abs(last.v) + abs(last.gap_rate) + abs(end.v) + abs(rate) + added
-    jump = larger(violation(s.x - end.x, size), violation(s.v_before - end.v, speeds))
-    if s.cause == IMPACT and s.mode != CONTACT:
-        found.touch = larger(found.touch, violation(gap, size))
-        rebound = -restitution_at(law_at(model.law, s.side), -rate) * rate
-        law = violation(s.gap_rate - rebound, abs(last.gap_rate) + abs(rate) + added)
-        found.restitution_law = larger(found.restitution_law, law)
-        mass_ratio = mass_ratio_at(model, s.periods, s.time)
-        # The free mass's velocity is v - side * rate, from the new segment's wall on both sides.
-        of_free = (s.v - end.v) - s.side * (s.gap_rate - rate)
-        momentum = violation(mean_of(mass_ratio, s.v - end.v, of_free), speeds)
-        found.momentum = larger(found.momentum, momentum)
+    x, v = sample(model, last, begin(model, last), last.duration, ends)
+    speeds = _speeds(model, last, x, v, ends)
+    lengths = force_bound(model) + abs(x) + abs(last.x)
+    # Events of one instant have a segment each; the first segment has the whole change.
+    first = tells_all(model, last)
+    for k in range(len(ends)):
+        side, travel = begun(model, last, k).side, free_mass(model, s, k).travel
+        if begun(model, s, k).side != side:
+            ends[k, GAP], ends[k, RATE] = travel - ends[k, GAP], -ends[k, RATE]
+            ends[k, TERMS] += travel
+    jump = violation(s.x - x, lengths + abs(last.v) * last.duration)
+    jump = larger(jump, violation((s.v_before if first else s.v) - v, speeds))
+    change, any_hit = 0.0, False
+    braked = braked_by(model, s, ends) if first else 0.0
+    for k in range(len(ends)):
+        b, gap, rate = begun(model, s, k), float(ends[k, GAP]), float(ends[k, RATE])
+        gained, size = (s.v - v) - b.side * (b.rate - rate), lengths + ends[k, TERMS]
+        change += free_mass(model, s, k).share * gained
+        if first and b.is_hit:
+            any_hit = True
+            found.touch = larger(found.touch, violation(gap, size))
+            rebound = rebound_of(model, k, b.side, -rate)
+            if not (b.mode == TAIL and b.rate == 0.0 and has_no_time(model, s, k, rebound)):
+                law = violation(b.rate - (rebound + b.side * braked), speeds)
+                found.restitution_law = larger(found.restitution_law, law)
+            continue
+        if first and b.kick > 0.0:
+            # It has been kicked off its wall by what the impacts alone do, and not for long.
+            kick = b.side * (s.v - braked - v)
+            if not has_no_time(model, s, k, kick):
+                found.restitution_law = larger(found.restitution_law, violation(kick, speeds))
+            law = violation(kick - b.kick, speeds)
+            found.restitution_law = larger(found.restitution_law, law)
+        jump = larger(jump, violation(b.gap - gap, size))
+        # A mass that sticks is pressed on, also where it is released at once.
+        if not (begun(model, last, k).mode == STICKING and b.rate == 0.0):
+            jump = larger(jump, violation(gained, speeds))
+    if any_hit:
+        change = mean_of(mass_ratio_at(model, s.periods, s.time), s.v - v, change)
+        found.momentum = larger(found.momentum, violation(change, speeds))
     else:
-        jump = larger(jump, violation(s.gap - gap, size))
-        jump = larger(jump, violation(s.v - end.v, speeds))
-        jump = larger(jump, violation(s.gap_rate - rate, speeds))
+        jump = larger(jump, violation(s.v - v, speeds))
     found.continuity = larger(found.continuity, jump)
 
 
 @compiled
-def _sample_flight(model, s, found):
-    """Look beyond both walls at samples of a flight, at its end, and where the gap turns between.
+def _speeds(model, last, x, v, ends):
+    """Size of the terms of a velocity at a segment's end.
 
-    Returns the sample at its end.
+    They are the velocities at both ends, and the share of springs, forces and dashpots.
     """
+    size = abs(last.v) + abs(v) + (force_bound(model) + abs(last.x)) * min(last.duration, 1.0)
+    size += abs(last.v) * min(2.0 * model.free.damping * last.duration, 1.0)
+    for k in range(len(ends)):
+        mass = free_mass(model, last, k)
+        size += abs(ends[k, RATE]) + abs(begun(model, last, k).rate)
+        size += mass_speed(mass.body, mass.clearance, abs(x), abs(last.v), last.duration)
+    return size
+
+
+@compiled
+def _sample(model, s, masses, found):
+    """Look at samples of a segment: beyond both walls, at contact forces, at sizes of energies."""
     start = begin(model, s)
-    forcing_rate = rate_of(model.free.forcing)
-    samples = samples_in(model.free.rate, forcing_rate, s.duration)
-    tau = 0.0
-    rate = s.gap_rate
-    depth = 0.0
-    end = Sample(s.x, s.v, s.gap, s.gap_rate, s.gap)
-    # Where the gap turns between two samples, to look there too.
-    turn = -1.0
-    k = 0
-    while k <= samples or turn >= 0.0:
-        part = (k + 0.5) / samples
-        # Denser towards both ends, where the walls are.
-        now = s.duration * (part * part * (3.0 - 2.0 * part)) if k < samples else s.duration
-        at = flight_at(model, s, start, turn if turn >= 0.0 else now)
-        depth = larger(depth, _depth(model, at))
-        if turn >= 0.0:
-            turn = -1.0
-            continue
-        end = at
-        if not math.isfinite(at.gap + at.rate + at.x):
-            found.not_finite += 1.0
-            break
-        if rate * at.rate < 0.0:
-            turn = tau + (now - tau) * (rate / (rate - at.rate))
-        tau = now
-        rate = at.rate
-        k += 1
-    found.penetration = larger(found.penetration, depth)
-    return end
-
-
-@compiled
-def _depth(model, at):
-    """Depth beyond either wall, over the size of the lengths there; 0 between them."""
-    depth = max(-at.gap, at.gap - travel_of(model))
-    return depth / (force_bound(model) + abs(at.x) + at.terms) if depth > 0.0 else 0.0
-
-
-@compiled
-def _sample_contact(model, s, found):
-    """Look whether everything is finite, and whether the contact force is tensile; as above."""
+    bounces, flies, holds = False, False, False
+    for k in range(masses.shape[1]):
+        mode = begun(model, s, k).mode
+        bounces = bounces or mode == TAIL
+        flies = flies or mode in (FLIGHT, TAIL)
+        holds = holds or mode in (STICKING, RESTING)
     # A jump of the force may end it as it begins.
-    sticks = s.duration > 0.0 and ((s.mode == STICKING and s.side != 0.0) or s.mode == RESTING)
-    if s.mode == TAIL and s.duration > 0.0:
-        # Its first bounce rises highest.
-        half = 0.5 * (1.0 - restitution_at(law_at(model.law, s.side), 0.0)) * s.completion
-        x, v, gap, rate = motion(model, s, min(half, s.duration))
-        depth = _depth(model, Sample(x, v, gap, rate, gap))
-        found.penetration = larger(found.penetration, depth)
-    # Without a contact force, one sample in the middle: a value that is not finite stays so.
+    holds = holds and s.duration > 0.0 and not bounces
+    # Without walls and forces to look at one in the middle: a value that is not finite stays so.
     samples = 1
-    if sticks:
-        rate = max(model.free.rate, rate_of(model.free.forcing))
-        samples = SAMPLES if rate * s.duration > SHORT else FEWEST_SAMPLES
-    at = Sample(0.0, 0.0, 0.0, 0.0, 0.0)
-    for k in range(samples + 1):
-        part = (k + 0.5) / samples
-        tau = s.duration * (part * part * (3.0 - 2.0 * part)) if k < samples else s.duration
-        x, v, gap, rate = motion(model, s, tau)
-        size = abs(gap) + (abs(s.v) + abs(s.gap_rate)) * s.duration
-        at = Sample(x, v, gap, rate, size)
-        if not math.isfinite(x + v + gap + rate):
+    if flies or holds:
+        samples = samples_in(model.free.rate, rate_of(model.free.forcing), s.duration)
+    before, now = 0.0, 0.0
+    x, v = sample(model, s, start, 0.0, masses[0])
+    found.largest = larger(found.largest, _energy_size(model, s, x, v, masses[0]))
+    for index in range(samples + 1):
+        part = (index + 0.5) / samples
+        # Denser towards both ends, where the walls are.
+        now = s.duration * (part * part * (3.0 - 2.0 * part)) if index < samples else s.duration
+        x, v = sample(model, s, start, now, masses[1])
+        if not math.isfinite(x + v + np.sum(masses[1])):
             found.not_finite += 1.0
             break
-        if sticks:
-            force, size = contact_force(model, s, tau, at)
-            found.tensile_force = larger(found.tensile_force, violation(min(force, 0.0), size))
-    return at
+        _look(model, s, x, masses[1], found)
+        found.largest = larger(found.largest, _energy_size(model, s, x, v, masses[1]))
+        for k in range(masses.shape[1]):
+            b, rate, later = begun(model, s, k), masses[0, k, RATE], masses[1, k, RATE]
+            if rate * later < 0.0 and b.mode in (FLIGHT, TAIL):
+                # Where the gap turns between two samples.
+                turn = before + (now - before) * (rate / (rate - later))
+                at, _ = sample(model, s, start, turn, masses[2])
+                _look(model, s, at, masses[2], found)
+            if holds and b.mode in (STICKING, RESTING) and b.side != 0.0:
+                here = Sample(x, v, masses[1, k, GAP], later, masses[1, k, TERMS])
+                force, size = contact_force(model, s, k, now, here)
+                found.tensile_force = larger(found.tensile_force, violation(min(force, 0.0), size))
+            masses[0, k, RATE] = later
+        before = now
 
 
 @compiled
-def _energy_size(model, s):
-    """Sizes of the stored energy's terms, just before and after what begins a segment."""
-    mass_ratio = inertia_of(mass_ratio_at(model, s.periods, s.time))
-    y = abs(s.x) + model.clearance
-    springs = 0.5 * (s.x * s.x + mass_ratio * model.mass.stiffness * y * y)
-    springs += mass_ratio * abs(weight_on(model.mass)) * y
-    kinetic = _kinetic_size(mass_ratio, s.v, s.gap_rate, s.v - s.side * s.gap_rate)
-    if s.cause == IMPACT:
-        before = _kinetic_size(mass_ratio, s.v_before, s.speed, s.v_before + s.side * s.speed)
-        kinetic = max(kinetic, before)
-    return springs + kinetic
+def _look(model, s, x, masses, found):
+    """Take the depths of masses beyond either wall, over the sizes of the lengths there."""
+    for k in range(len(masses)):
+        b, gap = begun(model, s, k), float(masses[k, GAP])
+        depth = max(-gap, gap - free_mass(model, s, k).travel, 0.0)
+        # Compliant walls let a mass in.
+        if b.gap >= 0.0 and b.mode in (FLIGHT, TAIL):
+            size = force_bound(model) + abs(x) + masses[k, TERMS]
+            found.penetration = larger(found.penetration, violation(depth, size))
 
 
 @compiled
-def _kinetic_size(mass_ratio, v, rate, u):
-    # The free mass's velocity is a difference, with the roundoff of its terms.
-    return 0.5 * v * v + mass_ratio * abs(u) * (abs(v) + abs(rate))
+def _energy_size(model, s, x, v, masses):
+    """Sizes of the stored energy's terms."""
+    energy = 0.5 * (x * x + v * v)
+    for k in range(len(masses)):
+        mass, rate = free_mass(model, s, k), float(masses[k, RATE])
+        y = abs(x) + mass.clearance
+        # The free mass's velocity is a difference, with the roundoff of its terms.
+        own = abs(v - begun(model, s, k).side * rate) * (abs(v) + abs(rate))
+        own += abs(weight_on(mass.body)) * y + 0.5 * mass.body.stiffness * y * y
+        energy += mass.ratio * own
+    return energy

@@ -15,7 +15,7 @@ def _contact_speed(model, segment):
 
 
 @contact_force.of(Compliant)
-def _contact_force(model, segment, tau, at):
+def _contact_force(model, segment, k, tau, at):
     if model.tension != 0.0:
         return 0.0, 1.0
     s = segment

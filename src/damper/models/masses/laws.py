@@ -20,9 +20,9 @@ def _force_bound(model):
 
 
 @declared.contact_force.of(Rigid)
-def _contact_force(model, segment, tau, at):
+def _contact_force(model, segment, k, tau, at):
     # Beyond the force at which friction gives way; off the walls it may give way either way.
-    force, size = declared.rigid_contact_force(model, segment, tau, at)
+    force, size = declared.rigid_contact_force(model, segment, k, tau, at)
     most = friction_of(model.friction)
     if most > 0.0 and segment.mode != STICKING:
         force = -abs(force)
