@@ -132,6 +132,11 @@ def require_cube(cube: Any) -> None:
             f"cube is a {type(cube).__name__}: must be an xarray.Dataset, "
             "from damper.simulate or a study's cube.nc"
         )
+    if {"point", "mode"} <= set(cube.dims):
+        raise ValueError(
+            "the cube is of runs on a structure, and this is for one primary mass: xarray draws its "
+            "variables, and damper.run(parameters.having({...}), until) runs a point of it"
+        )
     require_coordinates(cube, *quantities_in(cube.dims))
     for dim, size in cube.sizes.items():
         if size == 0:

@@ -79,6 +79,7 @@ class Trajectory:
         self.units = NO_UNITS
         self.status = FINISHED
         moving = *primary_in(model, state), *masses_in(model, state)
+        self._sizes = [np.size(part) for part in moving]
         _write_initial(model, self._state, *self.start, *moving)
 
     @property
@@ -141,6 +142,14 @@ class Trajectory:
     def state_in(self, row: np.ndarray, tau: float) -> tuple[float, float, Any, Any]:
         """State of the primary and of each free mass a time `tau` after the start of a row."""
         return _state(self.model, row, float(tau))
+
+    def states_in(
+        self, row: np.ndarray, times: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """`state_in` at many times: arrays with a row each."""
+        x, v, y, u = (np.empty((len(times), size)) for size in self._sizes)
+        _states(self.model, row, times, x, v, y, u)
+        return x, v, y, u
 
     def segments(
         self, periods: float, time: float = 0.0, buffer: np.ndarray | None = None
@@ -205,3 +214,10 @@ def _motions(model, row, times, found):
 @compiled
 def _state(model, row, tau):
     return state_in(model, read_segment(model, row), tau)
+
+
+@compiled
+def _states(model, row, times, x, v, y, u):
+    segment = read_segment(model, row)
+    for k in range(len(times)):
+        x[k], v[k], y[k], u[k] = state_in(model, segment, float(times[k]))

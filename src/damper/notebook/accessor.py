@@ -102,6 +102,7 @@ class CubeAccessor:
         self, point: Mapping[str, Any]
     ) -> tuple[Parameters | SIParameters, State | None, Trajectory, Window]:
         """Parameters of a point of the grid, where its run starts, that run, and its window."""
+        require_cube(self._cube)
         primary = primary_of(self._cube)
         place = self._cube.sel(self._place(point))
         values: dict[str, Any] = fixed_values(place) | force_of(place)
@@ -116,7 +117,6 @@ class CubeAccessor:
 
     def _place(self, point: Mapping[str, Any]) -> dict[str, Any]:
         """Values of the grid that a point means, along all axes and branches."""
-        require_cube(self._cube)
         branches = (name for name in ("direction", "draw") if name in self._cube.dims)
         axes = {name: self._cube[name] for name in (*quantities_in(self._cube.dims), *branches)}
         for name in point:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from io import BytesIO
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,12 +18,16 @@ from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.lazy import Figure, pd, xr
 from damper.parameters.quantity import real, whole
 from damper.parameters.run import RunSettings
+from damper.parameters.structural import StructureParameters
 from damper.study.products import MOST_COLUMNS
 from damper.study.simulation import simulate
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
 from damper.sweep.points import one_run
 from damper.sweep.record import settings_of
+
+if TYPE_CHECKING:
+    from damper.notebook.structure import StructureRun
 
 #: Most bursts and events that a run lists beside its motion.
 MOST = 10_000
@@ -116,9 +120,12 @@ def drawn(kind: str, cube: xr.Dataset, **settings: Any) -> Figure:
 
     require_cube(cube)
     with style():
-        figure = draw(kind, {"cube": cube}, **settings)
-    # By themselves notebooks show figures of pyplot only.
-    figure._repr_png_ = partial(_png, figure)
+        return shown_in_notebooks(draw(kind, {"cube": cube}, **settings))
+
+
+def shown_in_notebooks(figure: Figure) -> Figure:
+    """Let notebooks show a figure: by themselves they show those of pyplot only."""
+    figure._repr_png_ = partial(_png, figure)  # type: ignore[attr-defined]
     return figure
 
 
@@ -132,13 +139,13 @@ def _png(figure: Figure) -> bytes:
 
 
 def run(
-    parameters: Parameters | SIParameters | None = None,
+    parameters: Parameters | SIParameters | StructureParameters | None = None,
     until: float | None = None,
     state: State | None = None,
     *,
     samples_per_period: int = 200,
     **values: Any,
-) -> Run:
+) -> Run | StructureRun:
     """Run one damper, from time 0 or that of `state`, and keep its motion.
 
     Parameters
@@ -156,6 +163,8 @@ def run(
     Returns
     -------
     Run
+        On a structure a `damper.notebook.structure.StructureRun`: it has `events`, `motion` and
+        `plot` as well, and in `results` the response of each point, energies and impacts.
 
     Raises
     ------
@@ -174,7 +183,7 @@ restitution=0.6)
     """
     if until is None:
         raise TypeError("until is missing: give the time at which the run ends")
-    parameters, state = one_run(parameters, state, values)
+    parameters, state = one_run(parameters, state, values, structures=True)
     start = state.time if state else 0.0
     samples_per_period = whole("samples_per_period", samples_per_period, 1)
     length = (real("until", until) - start) / parameters.cycle
@@ -185,6 +194,10 @@ restitution=0.6)
         raise ValueError(
             f"until = {until!r}: ends after {length:.3g} cycles; at most {MOST_PERIODS}"
         )
+    if isinstance(parameters, StructureParameters):
+        from damper.notebook.structure import StructureRun
+
+        return StructureRun(parameters, until, state, samples_per_period)
     return recorded(
         parameters,
         state=state,

@@ -22,8 +22,8 @@ from damper.parameters.forcing import (
     read_forcing,
 )
 from damper.parameters.masses import Mass, listed, split, with_own
-from damper.parameters.names import OF_A_MASS_STRUCTURE
-from damper.parameters.quantity import QuantityClass, quantity, shared
+from damper.parameters.names import OF_A_MASS_STRUCTURE, unknown_name
+from damper.parameters.quantity import Quantity, QuantityClass, quantity, shared
 from damper.parameters.structure import Structure
 from damper.parameters.tables import WALL_TABLES
 from damper.parameters.unit_text import number_in
@@ -489,6 +489,23 @@ class StructureParameters(QuantityClass, shares=SIParameters):
         if self.masses is not None:
             beside["masses"] = [dict(one) for one in self.masses]
         return {**made, "parameters": beside}
+
+    def quantity_of(self, name: str) -> Quantity:
+        """Return what is declared of a number that `having` takes.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For an unknown name, with the nearest one, and a mass that there is not.
+        """
+        known = {q.name: q for q in (*self.quantities, *self.structure.quantities)}
+        common, number = split(name, OF_A_MASS_STRUCTURE) or (name, 0)
+        if common not in known:
+            own = (f"{one}_{k}" for k in range(len(self.each)) for one in OF_A_MASS_STRUCTURE[1:])
+            raise unknown_name("quantity of a structure", name, [*known, *own])
+        if number >= len(self.each):
+            raise ValueError(f"{name} is of mass {number}, and masses has {len(self.each)}, from 0")
+        return known[common]
 
     def having(self, values: Mapping[str, Any]) -> "StructureParameters":
         """Return these parameters with other values.

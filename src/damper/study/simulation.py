@@ -16,6 +16,7 @@ from damper.parameters.names import OF_ANY_MASS, unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered
 from damper.parameters.quantity import filled, real
 from damper.parameters.run import DEFAULTS, settings_text
+from damper.parameters.structural import StructureParameters
 from damper.parameters.tables import TABLE_OF, listed_tables, read_table
 from damper.study.axes import clean
 from damper.sweep.branches import DIRECTIONS
@@ -24,6 +25,7 @@ from damper.sweep.points import require_parameters
 from damper.sweep.progress import progress_bar
 from damper.sweep.record import record
 from damper.sweep.slices import simulate_slice
+from damper.sweep.structures import simulate_structure
 
 #: What a parameter may be: a number, or a sequence that makes a dimension.
 Values = float | Sequence[float]
@@ -49,7 +51,11 @@ def simulate(
 ) -> xr.Dataset:
     """Simulate every combination of the given values.
 
-    The parameters are those of `damper.Parameters`, or in their place those of
+    With `structure`, or parameters that have one, runs are those of free masses on a structure:
+    sequences make dimensions of `gap_0`, `mode_1_frequency` and other numbers, and every run is
+    measured whole: motion of each point, energy of each mode, impacts of each free mass, powers.
+
+    Else the parameters are those of `damper.Parameters`, or in their place those of
     `damper.SIParameters`: then initial quantities, yield speed and dataset are in m, s and J, too.
     A sequence makes a dimension of its name, in the order of these classes; a number makes a scalar
     coordinate. A value of a sequence that differs from a decimal by roundoff alone, as those of
@@ -58,7 +64,8 @@ def simulate(
     Parameters
     ----------
     parameters : Parameters or SIParameters, optional
-        A damper, instead of all its values by name; those that are given replace its own.
+        A damper, also on a structure, instead of all its values by name; those that are given
+        replace its own.
     {quantities}
     {run}
     observers : iterable of str, or mapping of str to settings
@@ -118,6 +125,21 @@ def simulate(
     ('restitution', 'sample')
     """
     run = DEFAULTS | {name: given.pop(name) for name in DEFAULTS if name in given}
+    if isinstance(parameters, StructureParameters) or given.get("structure") is not None:
+        given |= {} if forcing is HARMONIC else {"forcing": forcing}
+        given |= {} if masses is None else {"masses": masses}
+        _refuse_on_structures(
+            observers=observers is not USUAL,
+            follow=follow,
+            initial=initial != "rest",
+            draws=draws,
+            restitution_table=restitution_table,
+            restitution_table_left=restitution_table_left,
+            workers=workers,
+        )
+        with progress_bar() as progress:
+            on_structure: Any = parameters
+            return simulate_structure(on_structure, given, run, state, progress)
     for name in given:
         if name not in ALL:
             raise unknown_name("argument", name, _SIGNATURE.parameters)
@@ -223,6 +245,16 @@ def simulate(
     if random:
         attributes["draws"] = json.dumps(random)
     return gather([part], axes, (), fixed, attributes, amplitude=force.amplitude)
+
+
+def _refuse_on_structures(**given: Any) -> None:
+    """Raise TypeError for an argument that runs on structures do not know."""
+    for name, value in given.items():
+        if value:
+            raise TypeError(
+                f"{name} is not known on a structure: all of its points, masses and modes are "
+                "always measured, in one run from rest or from state; leave it out"
+            )
 
 
 def _with_names(plain: Signature) -> Signature:

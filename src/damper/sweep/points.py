@@ -132,7 +132,8 @@ def require_parameters(given: object) -> None:
     """Raise TypeError unless it is a damper."""
     if isinstance(given, StructureParameters):
         raise TypeError(
-            "parameters has a structure: only damper.events and damper.start follow structures"
+            "parameters has a structure: only damper.events, damper.start, damper.run, "
+            "damper.simulate and studies of kind structure follow structures"
         )
     if not isinstance(given, Parameters | SIParameters):
         raise TypeError(

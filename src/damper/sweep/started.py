@@ -135,6 +135,24 @@ class OngoingRun:
             found[name] = (dims, values, {"long_name": meaning})
         return xr.Dataset(found, {"time": ("time", moments, {"long_name": "time"})})
 
+    def measured(self) -> dict[str, Any]:
+        """Measure a run on a structure, from its start to `time`.
+
+        Returns
+        -------
+        dict of str to array
+            What `damper.simulate` has of each run.
+        """
+        from damper.observers.common.base import Window
+        from damper.sweep.measured import Measured  # for structures alone
+
+        trajectory, units = self._started.trajectory, self._started.units
+        length = (self.time / units.time - self._started.begun) / trajectory.cycle
+        window = Window(*trajectory.start, length)
+        seen = Measured(self.parameters, trajectory, window)
+        seen.observe(self._log)
+        return seen.found()
+
     @property
     def _log(self) -> np.ndarray:
         return np.concatenate([*self._pieces, self._cut])

@@ -28,6 +28,8 @@ from damper.parameters.units import (
 #: Okabe-Ito: distinguishable with any colour vision and in grey.
 BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, YELLOW, BLACK = "#56B4E9", "#CC79A7", "#F0E442", "#000000"
+#: Of lines, in turn.
+COLOURS = (BLACK, BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 
 #: Width of one and of two printed columns, in inches.
 COLUMN, PAGE = 3.5, 7.2

@@ -13,11 +13,9 @@ from pydantic_core import CoreSchema, core_schema
 
 from damper.analysis.labels import label_of
 from damper.parameters.dampers import SIParameters
-from damper.parameters.masses import split
-from damper.parameters.names import OF_A_MASS_STRUCTURE
 from damper.parameters.structure import Structure
+from damper.parameters.structure_results import DIMENSIONS, MOST_POINTS, VARIABLES
 from damper.parameters.units import own_number
-from damper.structures.structure.runs import DIMENSIONS, VARIABLES
 from damper.study.axes import grid
 from damper.study.fields import DistinctList, NamedMapping, StrictModel, Text
 from damper.study.forcing import FORCES, ForceEntry
@@ -28,8 +26,6 @@ from damper.study.study_file import ProductBase, StudyFile
 
 _NONE: dict[str, Any] = {}
 _HERE = "damper.structures.structure"
-#: Most points of a grid.
-MOST_POINTS = 10_000
 Number = float | Text
 Place = int | Text | Annotated[tuple[float, ...], Field(strict=False)]
 """Number of a coordinate, name of a place or of an array, or weights."""
@@ -226,7 +222,11 @@ class StructureStudy(StudyFile):
     periods: Annotated[int, Field(ge=1, description="Cycles in the window.")] = 20
     samples: Annotated[
         int,
-        Field(ge=4, le=10_000, description="Samples of displacements and energies in a cycle."),
+        Field(
+            ge=4,
+            le=10_000,
+            description="Samples of displacements and energies in a cycle of the history.",
+        ),
     ] = 64
     history: Annotated[
         int,
@@ -366,10 +366,7 @@ class StructureStudy(StudyFile):
 
     @property
     def units(self) -> dict[str, str]:
-        damper = self.damper
-        of = {q.name: q.units for q in (*damper.quantities, *damper.structure.quantities)}
         found = {}
         for name, axis in self.axes.items():
-            common, _ = split(name, OF_A_MASS_STRUCTURE) or (name, 0)
-            found[name] = axis.unit or of[common].replace("1", "")
+            found[name] = axis.unit or self.damper.quantity_of(name).units.replace("1", "")
         return found

@@ -9,13 +9,12 @@ from pydantic import Field
 
 from damper.analysis.labels import label_of
 from damper.figures.common import panels
-from damper.figures.common.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, label
+from damper.figures.common.style import COLOURS, label
 from damper.parameters.lazy import Axes, Figure, xr
 from damper.study.fields import DistinctList, Text
 from damper.study.products import Caption
 from damper.study.study_file import ProductBase, See
 
-_COLOURS = (BLACK, BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 _DASHES = ("-", "--", "-.", ":")
 _HEIGHTS = {1: 2.2, 2: 1.9, 3: 1.7}
 
@@ -92,8 +91,8 @@ def _panel(ax: Axes, part: xr.Dataset, name: str, settings: StructureLines) -> d
     found = {}
     for k, one in enumerate(parts):
         text = "" if settings.lines is None else _text(one, settings.lines)
-        dashes = _DASHES[k // len(_COLOURS) % len(_DASHES)]
-        style: dict[str, Any] = {"color": _COLOURS[k % len(_COLOURS)], "lw": 0.9, "ls": dashes}
+        dashes = _DASHES[k // len(COLOURS) % len(_DASHES)]
+        style: dict[str, Any] = {"color": COLOURS[k % len(COLOURS)], "lw": 0.9, "ls": dashes}
         x = one["time"] if settings.along == "instant" else one[settings.along]
         ax.plot(x.values, one[name].values, **style)
         found[text] = style

@@ -26,7 +26,11 @@ def make(results: Mapping[str, Any], settings: StructureValues) -> Table:
     cube: xr.Dataset = results["cube"]
     columns = {}
     for name in settings.variables:
-        [dim] = [dim for dim in cube[name].dims if dim in ("point", "body", "mode")]
+        own = [dim for dim in cube[name].dims if dim in ("point", "body", "mode")]
+        if not own:
+            columns[name] = cube[name]
+            continue
+        [dim] = own
         for k, value in enumerate(cube[dim].values.tolist()):
             columns[f"{name}, {dim} {value}"] = cube[name].isel({dim: k}).drop_vars(dim)
     found = xr.Dataset(columns)

@@ -1,0 +1,155 @@
+"""Grids of runs on a structure, and the cube of what was measured."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from damper.parameters.lazy import xr
+from damper.parameters.masses import listed, own_values
+from damper.parameters.names import OF_A_MASS_STRUCTURE
+from damper.parameters.run import RunSettings
+from damper.parameters.structural import StructureParameters
+from damper.parameters.structure_results import MOST_POINTS, VARIABLES
+from damper.sweep.cube import described
+from damper.sweep.progress import Progress
+
+
+def measured_grid(
+    parameters: StructureParameters,
+    axes: Mapping[str, Sequence[float]],
+    cycles: tuple[float, float],
+    samples: int = 0,
+    history: int = 0,
+    engine: Mapping[str, Any] | None = None,
+    state: Any = None,
+    progress: Progress | None = None,
+) -> dict[str, np.ndarray]:
+    """Measure runs at all combinations of values, which are checked before any of them starts.
+
+    Arguments are those of `damper.sweep.measured.measured`. The arrays have the axes first.
+    """
+    from damper.sweep.measured import measured  # the engine with it
+
+    places = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
+    points = [parameters.having(place) if place else parameters for place in places]
+    found = []
+    for done, point in enumerate(points, 1):
+        found.append(measured(point, cycles, samples, history, state, engine))
+        if progress:
+            progress(done, len(points))
+    shape = tuple(map(len, axes.values()))
+    return {
+        name: np.stack([one[name] for one in found]).reshape((*shape, *np.shape(found[0][name])))
+        for name in found[0]
+    }
+
+
+def structure_cube(
+    arrays: Mapping[str, np.ndarray],
+    axes: Mapping[str, tuple[Sequence[float], str]],
+    points: Sequence[str],
+    attributes: Mapping[str, Any],
+) -> xr.Dataset:
+    """Make a cube of arrays that have the axes first; each axis has its values and their unit."""
+    data = {
+        v.name: described(v, arrays[v.name], tuple(axes)) for v in VARIABLES if v.name in arrays
+    }
+    coords: dict[str, Any] = {
+        name: (name, list(values), {"long_name": name.replace("_", " "), "units": unit})
+        for name, (values, unit) in axes.items()
+    }
+    coords |= {"point": list(points), "mode": np.arange(1, arrays["mean_energy"].shape[-1] + 1)}
+    coords["body"] = np.arange(arrays["impact_power"].shape[-1])
+    return xr.Dataset(data, coords, dict(attributes))
+
+
+def simulate_structure(
+    parameters: StructureParameters | None,
+    given: Mapping[str, Any],
+    run: Mapping[str, Any],
+    state: Any = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Measure every combination of the given values, as `damper.simulate` for a structure.
+
+    Parameters
+    ----------
+    parameters : StructureParameters, optional
+    given : mapping
+        Values by name; a sequence makes a dimension, also among those of `masses`.
+    run : mapping
+        Settings of every run, those of `RunSettings`.
+    state : State, optional
+        Start of every run.
+    progress : callable, optional
+        Called with the number of points done, and of all.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `damper.SIParameters`, and for too many points.
+    """
+    values = dict(given)
+    if values.get("masses") is not None:
+        masses = listed(values["masses"], OF_A_MASS_STRUCTURE)
+        own = {name: v for name, v in own_values(masses).items() if _runs(v)}
+        values["masses"] = [
+            {n: v[0] if f"{n}_{k}" in own else v for n, v in one.items()}
+            for k, one in enumerate(masses)
+        ]
+        values |= own
+    named = {name: values.pop(name) for name in [*values] if _runs(values[name])}
+    if parameters is None:
+        first = values | {name: along[0] for name, along in named.items()}
+        made = {name: first.pop(name) for name in [*first] if name in _KNOWN}
+        parameters = StructureParameters.of_any(**made).having(first)
+    else:
+        parameters = parameters.having(values)
+    axes = {name: _numbers(parameters, name, along) for name, along in named.items()}
+    if np.prod([len(v) for v in axes.values()]) > MOST_POINTS:
+        raise ValueError(f"{' x '.join(axes)}: too many points, at most {MOST_POINTS}")
+    settings = RunSettings(**run)
+    begun = 0.0 if state is None else state.time
+    cycles = settings.cycles(parameters.cycle, parameters.forcing.end - begun)
+    engine = {"accuracy": settings.accuracy, "max_events": settings.max_events}
+    arrays = measured_grid(parameters, axes, cycles, engine=engine, state=state, progress=progress)
+    units = {name: parameters.quantity_of(name).units for name in axes}
+    attributes = {
+        "title": "Impact dampers on a structure",
+        "structure": repr(parameters.structure),
+        "forcing": json.dumps(parameters.forcing.settings),
+        "transient_periods": cycles[0],
+        "recorded_periods": cycles[1],
+        **engine,
+    }
+    along = {name: (values, units[name]) for name, values in axes.items()}
+    return structure_cube(arrays, along, [*parameters.structure.points], attributes)
+
+
+#: Arguments of `damper.SIParameters` for a structure.
+_KNOWN = frozenset(StructureParameters.__dataclass_fields__)
+
+
+def _runs(value: Any) -> bool:
+    """Whether a value makes a dimension."""
+    return isinstance(value, list | tuple | np.ndarray) and not (
+        len(value) and isinstance(value[0], dict)
+    )
+
+
+def _numbers(parameters: StructureParameters, name: str, along: Any) -> list[float]:
+    """Check the values of an axis."""
+    quantity = parameters.quantity_of(name)
+    if np.ndim(along) != 1 or len(along) == 0:
+        raise ValueError(f"{name}: must be a number or a non-empty one-dimensional sequence")
+    found = [quantity.check(v.item() if isinstance(v, np.generic) else v) for v in along]
+    most, times = Counter(found).most_common(1)[0]
+    if times > 1:
+        raise ValueError(f"{name}: {most!r} is given {times} times")
+    return found

@@ -1,0 +1,135 @@
+"""Runs on structures: what is measured of them, `damper.run` and `damper.simulate`."""
+
+import math
+
+import numpy as np
+import pytest
+
+import damper
+
+BEAM = damper.Structure.from_modes(
+    [1.0, 6.3],
+    [0.1, 0.02],
+    {"tip": [1.0, -1.0], "middle": [0.3, 0.7], "force": "middle", "base": [0.8, 0.3]},
+)
+BALL = {"box": "tip", "free_mass": 0.1, "gap": 0.04, "restitution": 0.6}
+LOW = {"box": "middle", "free_mass": 0.05, "gap": 0.02, "restitution": 0.3}
+
+
+def on(*masses, **given):
+    values = {"force_amplitude": 2.0, "forcing_frequency": "1 Hz"} | given
+    return damper.SIParameters(structure=BEAM, masses=masses or [BALL], **values)
+
+
+def test_without_contact_the_response_is_that_of_the_transfer_function():
+    p = on(BALL | {"gap": 9.0}, forcing_frequency="1.3 Hz")
+    cube = damper.simulate(p, transient=30, periods=2)
+    rate, modes = 2.0 * math.pi * 1.3, 2.0 * math.pi * np.array([1.0, 6.3])
+    answer = modes**2 - rate**2 + 2j * np.array([0.1, 0.02]) * modes * rate
+    force = np.array([0.3, 0.7])
+    for place, shape in (("tip", [1.0, -1.0]), ("middle", force)):
+        size, one = abs(2.0 * np.sum(shape * force / answer)), cube.sel(point=place)
+        for order, name in enumerate(("displacement", "velocity", "acceleration")):
+            wanted = pytest.approx(size * rate**order, rel=1e-6)
+            assert one[f"peak_{name}"].item() == wanted
+            assert one[f"rms_{name}"].item() * math.sqrt(2.0) == wanted
+        assert one.amplitude.item() == pytest.approx(size, rel=1e-6)
+    moving = abs(2.0 * force / answer) * rate
+    lost = np.array([0.1, 0.02]) * modes * moving**2
+    assert cube.mode_power.values == pytest.approx(lost, rel=1e-6)
+    assert cube.input_power.item() == pytest.approx(lost.sum(), rel=1e-6)
+    assert np.isnan(cube.mean_approach_speed.item())
+
+
+@pytest.mark.parametrize(
+    ("masses", "given"),
+    [
+        ((BALL | {"tie_stiffness": 1.5, "tie_damping": 0.05}, LOW | {"gravity": 2.0}), {}),
+        ((BALL, LOW), {"forcing": "base", "force_amplitude": 0.1}),
+        ((BALL | {"restitution": 0.0},), {}),
+    ],
+)
+def test_power_put_in_is_lost_or_stored(masses, given):
+    """Also where bursts are closed, masses stick, and the base moves."""
+    run = damper.run(on(*masses, **given), until=1.7)
+    assert set(run.events["kind"]) == {0, 1, 2}
+    found = run.results
+    lost = found.impact_power.sum() + found.tie_power.sum() + found.mode_power.sum()
+    assert found.impact_power.min() > 0.0
+    assert abs(found.power_residual) < 1e-12 * (abs(found.input_power) + lost)
+
+
+def test_peaks_and_means_do_not_depend_on_samples():
+    run = damper.run(on(), until=2.0, samples_per_period=1000)
+    found, x = run.results, run.motion.displacement
+    assert found.peak_displacement.values == pytest.approx(abs(x).max("time").values, rel=1e-4)
+    assert (found.peak_displacement >= abs(x).max("time") * (1.0 - 1e-9)).all()
+    assert found.rms_displacement.values == pytest.approx(
+        np.sqrt((x[1:] ** 2).mean("time").values), rel=1e-3
+    )
+    cycles = [x.sel(time=slice(k, k + 1)) for k in range(2)]
+    ranges = [0.5 * (one.max("time") - one.min("time")) for one in cycles]
+    assert found.amplitude.values == pytest.approx(sum(ranges).values / 2, rel=1e-4)
+    assert found.mean_energy.values == pytest.approx(
+        run.motion.mode_energy.mean("time").values, rel=1e-2
+    )
+    speeds = run.events["approach_speed"][run.events["kind"] == damper.IMPACT]
+    assert found.mean_approach_speed.item() == pytest.approx(speeds.mean())
+    assert found.max_approach_speed.item() == pytest.approx(speeds.max())
+    assert found.impacts_per_cycle.item() == len(speeds) / 2
+
+
+def test_a_run_says_what_happened_and_draws_it():
+    start = damper.State([0.0, 0.0], [0.0, 0.0], 0.01, 0.0, time=1.0)
+    run = damper.run(on(), 2.0, start, gap_0="5 cm")
+    assert run.events["time"][0] > 1.0
+    assert "from time 1 to 2" in repr(run)
+    assert f"{run.results.peak_displacement.sel(point='tip').item():.4g} m" in repr(run)
+    assert [len(ax.lines) for ax in run.plot(0.1, 0.9, ["tip"]).axes] == [1, 1, 2]
+    with pytest.raises(TypeError, match="unknown point 'tpi'"):
+        run.plot(points=["tpi"])
+    with pytest.raises(ValueError, match="the run has no such stretch"):
+        run.plot(2.0)
+
+
+def test_sequences_make_dimensions():
+    masses = [BALL | {"gap": ["4 cm", 0.06]}]
+    one = {"structure": BEAM, "force_amplitude": 2.0, "transient": 0, "periods": 1}
+    frequencies = ["1 Hz", "1.5 Hz"]
+    cube = damper.simulate(masses=masses, forcing_frequency=frequencies, **one)
+    assert dict(cube.sizes) == {
+        "forcing_frequency": 2, "gap_0": 2, "point": 2, "body": 1, "mode": 2
+    }  # fmt: skip
+    assert cube.gap_0.values.tolist() == [0.04, 0.06]
+    assert cube.gap_0.units == "m"
+    with pytest.raises(ValueError, match=r"on a structure.*damper\.run\(parameters\.having"):
+        cube.damper.run(gap_0=0.06)
+    alone = damper.run(on(BALL | {"gap": 0.06}, forcing_frequency="1.5 Hz"), until=1 / 1.5)
+    there = cube.isel(forcing_frequency=1, gap_0=1)
+    assert there.peak_displacement.values == pytest.approx(alone.results.peak_displacement.values)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"observers": ["impacts"]}, "observers is not known on a structure"),
+        ({"draws": {"count": 2}}, "draws is not known on a structure"),
+        ({"gapp_0": [0.1, 0.2]}, r"unknown quantity .* 'gapp_0' \(did you mean 'gap_0'\?\)"),
+        ({"gap_1": [0.1, 0.2]}, "gap_1 is of mass 1, and masses has 1"),
+        ({"gap_0": [0.1, -0.2]}, "gap = -0.2"),
+        ({"gap_0": [0.1, 0.1]}, "gap_0: 0.1 is given 2 times"),
+        ({"gap_0": []}, "gap_0: must be a number or a non-empty"),
+        ({"gap_0": np.linspace(0.01, 0.1, 10_001)}, "gap_0: too many points, at most 10000"),
+        ({"periods": 0}, "periods = 0"),
+    ],
+)
+def test_mistakes_in_a_grid_are_named(given, message):
+    with pytest.raises((ValueError, TypeError), match=message):
+        damper.simulate(on(), **given)
+
+
+def test_a_run_that_stops_early_says_so():
+    cube = damper.simulate(on(), gap_0=[0.04, 9.0], transient=1, periods=1, max_events=3)
+    assert cube.status.values.tolist() == [1, 0]
+    assert np.isnan(cube.peak_displacement[0]).all()
+    assert np.isfinite(cube.peak_displacement[1]).all()
