@@ -134,8 +134,8 @@ def require_cube(cube: Any) -> None:
         )
     if {"point", "mode"} <= set(cube.dims):
         raise ValueError(
-            "the cube is of runs on a structure, and this is for one primary mass: xarray draws its "
-            "variables, and damper.run(parameters.having({...}), until) runs a point of it"
+            "the cube is of runs on a structure, and this is of one primary mass: xarray draws its "
+            "variables, and damper.run(parameters.having({...}), until) runs one of its points"
         )
     require_coordinates(cube, *quantities_in(cube.dims))
     for dim, size in cube.sizes.items():

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property, partial
-from io import BytesIO
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy as np
 from damper.analysis.bursts import list_bursts
 from damper.analysis.places import require_cube
 from damper.figures import draw
+from damper.notebook.shown import shown_in_notebooks
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.lazy import Figure, pd, xr
 from damper.parameters.quantity import real, whole
@@ -121,21 +121,6 @@ def drawn(kind: str, cube: xr.Dataset, **settings: Any) -> Figure:
     require_cube(cube)
     with style():
         return shown_in_notebooks(draw(kind, {"cube": cube}, **settings))
-
-
-def shown_in_notebooks(figure: Figure) -> Figure:
-    """Let notebooks show a figure: by themselves they show those of pyplot only."""
-    figure._repr_png_ = partial(_png, figure)  # type: ignore[attr-defined]
-    return figure
-
-
-def _png(figure: Figure) -> bytes:
-    from damper.figures.common.style import style
-
-    picture = BytesIO()
-    with style():
-        figure.savefig(picture, format="png", dpi=120)
-    return picture.getvalue()
 
 
 def run(

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from damper.notebook.shown import shown_in_notebooks
 from damper.parameters import State
 from damper.parameters.lazy import Figure, xr
 from damper.parameters.names import unknown_name
@@ -123,7 +124,6 @@ def _drawn(p: StructureParameters, motion: xr.Dataset, names: Sequence[str]) -> 
     """Displacements above, places in the boxes, and energies below."""
     from damper.figures.common import panels
     from damper.figures.common.style import COLOURS, COLUMN, label, style
-    from damper.notebook.run import shown_in_notebooks
 
     time, count = motion.time.values, len(p.each)
     with style():
