@@ -92,10 +92,15 @@ class OfQuantity(StrictModel):
     """Numbers of the quantity under whose name they stand, such as 20 mm or [10 Hz, 12 Hz]."""
 
     @classmethod
+    def quantity_named(cls, name: str) -> Quantity | None:
+        """Return the quantity of a name, if there is one."""
+        return ALL.get(name)
+
+    @classmethod
     def without_units(
         cls, given: Mapping[str, Any], name: str | None, mistakes: Mistakes
     ) -> dict[str, Any]:
-        read, quantity = dict(given), ALL.get(name or "")
+        read, quantity = dict(given), cls.quantity_named(name or "")
         if quantity is not None and quantity.words:
             known = dict(quantity.words)
             for key in _NUMBERS & given.keys():
@@ -186,19 +191,23 @@ Rows = Annotated[
 """A table of the restitution by the approach speed."""
 
 
-class Axis(OfQuantity):
-    """A parameter that runs through values."""
+class AxisValues(OfQuantity):
+    """The values of a parameter, one by one or between two ends."""
 
     values: Annotated[
-        DistinctList[Coordinate] | None,
+        DistinctList[Annotated[float, Unit(THE_PARAMETERS)]] | None,
         Field(description="The values one by one, in any order; without start, stop, num, step."),
     ] = None
-    start: Annotated[Bound | None, Field(description="First value; with stop and num or step.")] = (
-        None
-    )
-    stop: Annotated[Bound | None, Field(description="Last value, included; more than start.")] = (
-        None
-    )
+    start: Annotated[
+        float | None,
+        Unit(THE_PARAMETERS),
+        Field(description="First value; with stop and num or step."),
+    ] = None
+    stop: Annotated[
+        float | None,
+        Unit(THE_PARAMETERS),
+        Field(description="Last value, included; more than start."),
+    ] = None
     num: Annotated[
         int | None,
         Field(
@@ -216,19 +225,10 @@ class Axis(OfQuantity):
         Literal["linear", "log"],
         Field(description="Equal distances, or equal ratios (start > 0, with num)."),
     ] = "linear"
-    unit: InHertz = None
-    fan: Annotated[
-        bool, Field(description="Whether each value is a job of its own; not with follow.")
-    ] = False
-    follow: Annotated[
-        Annotated[str, one_of(DIRECTIONS)] | None,
-        Field(
-            description="Continuation: every run starts from its neighbour's end, towards larger "
-            "values, smaller ones, or both in turn; on one axis, not one of an initial quantity."
-        ),
+    unit: Annotated[
+        Literal["Hz"] | None,
+        Field(description="Of a frequency in rad/s that is given in Hz; results have it in Hz."),
     ] = None
-    assumed: Assumed = None
-    stated: Stated = None
 
     @property
     def points(self) -> tuple[float, ...]:
@@ -258,6 +258,41 @@ class Axis(OfQuantity):
         return grid(self.start, self.stop, self.num, self.step, self.spacing)
 
     def check_together(self, mistakes: Mistakes) -> None:
+        try:
+            _ = self.points
+        except ValueError as error:
+            ways = "values; or start and stop with num or step (spacing: log goes with num)"
+            mistakes.add((), str(error), ways)
+
+
+class Axis(AxisValues):
+    """A parameter that runs through values."""
+
+    values: Annotated[
+        DistinctList[Coordinate] | None,
+        Field(description="The values one by one, in any order; without start, stop, num, step."),
+    ] = None
+    start: Annotated[Bound | None, Field(description="First value; with stop and num or step.")] = (
+        None
+    )
+    stop: Annotated[Bound | None, Field(description="Last value, included; more than start.")] = (
+        None
+    )
+    unit: InHertz = None
+    fan: Annotated[
+        bool, Field(description="Whether each value is a job of its own; not with follow.")
+    ] = False
+    follow: Annotated[
+        Annotated[str, one_of(DIRECTIONS)] | None,
+        Field(
+            description="Continuation: every run starts from its neighbour's end, towards larger "
+            "values, smaller ones, or both in turn; on one axis, not one of an initial quantity."
+        ),
+    ] = None
+    assumed: Assumed = None
+    stated: Stated = None
+
+    def check_together(self, mistakes: Mistakes) -> None:
         check_origin(self, mistakes)
         if self.fan and self.follow is not None:
             message = (
@@ -265,11 +300,7 @@ class Axis(OfQuantity):
                 "starts from its neighbour's end, so the axis cannot be cut into jobs"
             )
             mistakes.add(("fan",), message, "take away fan here and fan another axis, or none")
-        try:
-            _ = self.points
-        except ValueError as error:
-            ways = "values; or start and stop with num or step (spacing: log goes with num)"
-            mistakes.add((), str(error), ways)
+        super().check_together(mistakes)
 
 
 def check_origin(entry: Any, mistakes: Mistakes) -> None:

@@ -13,15 +13,18 @@ from pydantic_core import CoreSchema, core_schema
 
 from damper.analysis.labels import label_of
 from damper.parameters.dampers import SIParameters
+from damper.parameters.masses import split
+from damper.parameters.names import OF_A_MASS_STRUCTURE
+from damper.parameters.quantity import Quantity
+from damper.parameters.structural import StructureParameters
 from damper.parameters.structure import Structure
 from damper.parameters.structure_results import DIMENSIONS, MOST_POINTS, VARIABLES
-from damper.parameters.units import own_number
-from damper.study.axes import grid
-from damper.study.fields import DistinctList, NamedMapping, StrictModel, Text
+from damper.study.fields import NamedMapping, StrictModel, Text
 from damper.study.forcing import FORCES, ForceEntry
 from damper.study.jobs import Job
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
+from damper.study.settings import AxisValues
 from damper.study.study_file import ProductBase, StudyFile
 
 _NONE: dict[str, Any] = {}
@@ -145,37 +148,15 @@ class StructureEntry(StrictModel):
         )
 
 
-class StructureAxis(StrictModel):
+class StructureAxis(AxisValues):
     """A quantity that runs through values."""
 
-    values: Annotated[DistinctList[float] | None, Field(description="One by one.")] = None
-    start: Annotated[float | None, Field(description="First value; with stop and num.")] = None
-    stop: Annotated[float | None, Field(description="Last value.")] = None
-    num: Annotated[int | None, Field(ge=2, le=1000, description="How many values.")] = None
-    spacing: Annotated[
-        Literal["linear", "log"], Field(description="Equal distances, or equal ratios.")
-    ] = "linear"
-    unit: Annotated[
-        Literal["Hz"] | None, Field(description="Of forcing_frequency, in place of rad/s.")
-    ] = None
-
-    @property
-    def given(self) -> list[float]:
-        """The values as given."""
-        if self.values is not None:
-            return list(self.values)
-        first, last = (0.0 if end is None else end for end in (self.start, self.stop))
-        return list(grid(first, last, self.num, None, self.spacing))
-
-    @property
-    def own(self) -> list[float]:
-        """The values in the quantity's own unit."""
-        return [own_number(value, self.unit) for value in self.given]
-
-    def check_together(self, mistakes: Mistakes) -> None:
-        parts = [self.start, self.stop, self.num]
-        if (self.values is None) != all(part is not None for part in parts):
-            mistakes.add((), "it has no values", "values, or start, stop and num")
+    @classmethod
+    def quantity_named(cls, name: str) -> Quantity | None:
+        common, _ = split(name, OF_A_MASS_STRUCTURE) or (name, 0)
+        if name.startswith("mode_") and name.endswith("_frequency"):
+            return Quantity(name, "", name, "Hz")
+        return next((q for q in StructureParameters.quantities if q.name == common), None)
 
 
 FIGURES = Kinds(ProductBase, f"{_HERE}.figures")
@@ -250,7 +231,7 @@ class StructureStudy(StudyFile):
     @cached_property
     def damper(self) -> Any:
         """Parameters at the first point of the grid."""
-        first = {name: axis.own[0] for name, axis in self.axes.items()}
+        first = {name: axis.points[0] for name, axis in self.axes.items()}
         known = {"forcing_frequency", "force_amplitude"}
         given: dict[str, Any] = {**self.parameters}
         given |= {name: value for name, value in first.items() if name in known}
@@ -285,7 +266,7 @@ class StructureStudy(StudyFile):
             mistakes.add(("parameters",), str(error))
             return
         for name, axis in self.axes.items():
-            for value in (axis.own[0], axis.own[-1]):
+            for value in (axis.points[0], axis.points[-1]):
                 try:
                     damper.having({name: value})
                 except (ValueError, TypeError) as error:
@@ -336,7 +317,7 @@ class StructureStudy(StudyFile):
     @property
     def _split(self) -> tuple[dict[str, dict[str, float]], dict[str, list[float]]]:
         """Place of each job along the first axis, and the values of the other axes."""
-        axes = {name: axis.own for name, axis in self.axes.items()}
+        axes = {name: list(axis.points) for name, axis in self.axes.items()}
         if not axes:
             return {"all": {}}, {}
         first, *others = axes
@@ -346,7 +327,9 @@ class StructureStudy(StudyFile):
 
     def gathered(self, engine: Mapping[str, Any]) -> dict[str, Job]:
         settings = {
-            "axes": {name: [axis.given, self.units[name]] for name, axis in self.axes.items()},
+            "axes": {
+                name: [list(axis.given), self.units[name]] for name, axis in self.axes.items()
+            },
             "points": list(self.damper.structure.points),
             "attributes": self.attributes(),
         }
