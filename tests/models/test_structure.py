@@ -237,18 +237,26 @@ def same(found: np.ndarray, wanted: np.ndarray, error: float = 1e-11) -> None:
         assert found[name] == pytest.approx(wanted[name], abs=error), name
 
 
-def test_modes_and_matrices_of_one_structure_agree() -> None:
-    p, until = SCENES["two boxes"]
-    turn = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
-    s = p.structure
-    turned = Structure(
-        mass=turn @ s.mass @ turn.T,
-        damping=turn @ s.damping @ turn.T,
-        stiffness=turn @ s.stiffness @ turn.T,
-        boxes={name: turn @ box for name, box in s.boxes.items()},
-        force=turn @ s.force,
+def _in_other_coordinates(turn: np.ndarray) -> Structure:
+    return Structure(
+        mass=turn @ BEAM.mass @ turn.T,
+        damping=turn @ BEAM.damping @ turn.T,
+        stiffness=turn @ BEAM.stiffness @ turn.T,
+        boxes={name: turn @ box for name, box in BEAM.boxes.items()},
+        force=turn @ BEAM.force,
     )
-    same(events(on(turned, {}, HEAVY), until=until), events(p, until=until))
+
+
+@pytest.mark.parametrize(
+    "turn",
+    [np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0], np.eye(3)[[2, 0, 1]]],
+    ids=["matrices", "permutation"],
+)
+@pytest.mark.parametrize("tied", [False, True])
+def test_other_coordinates_change_nothing(turn: np.ndarray, tied: bool) -> None:
+    masses, until = TIES if tied else ({}, HEAVY), SCENES["two boxes"][1]
+    found = events(on(_in_other_coordinates(turn), *masses), until=until)
+    same(found, events(on(BEAM, *masses), until=until))
 
 
 def test_a_mode_without_a_share_in_box_and_force_does_nothing() -> None:

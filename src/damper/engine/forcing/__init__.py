@@ -7,6 +7,8 @@ another such file: docs/extending.md adds one.
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from damper.engine.dispatch import by_class, by_class_or_default
 
 #: A Taylor series stops where its remainder is below this part of its scale.
@@ -90,6 +92,11 @@ def force_rates(forcing: Any, phase: Any) -> tuple[float, ...]:
 @by_class
 def derivative_of(forcing: Any, phase: Any, order: int) -> float:
     """Derivative of any order."""
+
+
+@by_class
+def tones_of(forcing: Any, phase: Any) -> np.ndarray:
+    """(n, 3) parts of the force at a phase: c, f and f' of each, where f'' = -c f."""
 
 
 @by_class

@@ -3,6 +3,8 @@
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from damper.engine import forcing as declared
 from damper.engine.compiled import compiled
 from damper.engine.trigonometry import sine_cosine
@@ -123,6 +125,14 @@ def _derivative_of(forcing, phase, order):
     for _ in range(order):
         value *= forcing.omega
     return value if order % 4 < 2 else -value
+
+
+@declared.tones_of.of(HarmonicForce)
+def _tones_of(forcing, phase):
+    found = np.empty((1, 3))
+    found[0, 0] = forcing.omega * forcing.omega
+    found[0, 1], found[0, 2] = phase.sin, forcing.omega * phase.cos
+    return found
 
 
 @declared.gain_of.of(HarmonicForce)

@@ -124,6 +124,19 @@ def _derivative_of(forcing, phase, order):
     return total if order % 4 < 2 else -total
 
 
+@declared.tones_of.of(SumOfHarmonics)
+def _tones_of(forcing, phase):
+    found, angle = np.empty((len(forcing.sine), 3)), phase
+    for k in range(len(forcing.sine)):
+        rate = forcing.omega * (k + 1.0)
+        a, b = float(forcing.sine[k]), float(forcing.cosine[k])
+        found[k, 0] = rate * rate
+        found[k, 1] = a * angle.sin + b * angle.cos
+        found[k, 2] = rate * (a * angle.cos - b * angle.sin)
+        angle = declared.turned(forcing, angle, phase)
+    return found
+
+
 @declared.gain_of.of(SumOfHarmonics)
 def _gain_of(forcing, damping, stiffness, split):
     count = len(forcing.sine)

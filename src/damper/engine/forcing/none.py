@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from damper.engine import forcing as declared
 
 
@@ -66,6 +68,11 @@ def _force_rates(forcing, phase):
 @declared.derivative_of.of(ZeroForce)
 def _derivative_of(forcing, phase, order):
     return 0.0
+
+
+@declared.tones_of.of(ZeroForce)
+def _tones_of(forcing, phase):
+    return np.empty((0, 3))
 
 
 @declared.gain_of.of(ZeroForce)

@@ -152,6 +152,13 @@ def _derivative_of(forcing, phase, order):
     return phase.slope if order == 1 else 0.0
 
 
+@declared.tones_of.of(PiecewiseLinear)
+def _tones_of(forcing, phase):
+    found = np.zeros((1, 3))
+    found[0, 1], found[0, 2] = phase.value, phase.slope
+    return found
+
+
 @declared.gain_of.of(PiecewiseLinear)
 def _gain_of(forcing, damping, stiffness, split):
     return 0.0

@@ -5,6 +5,8 @@ Its phase is that of the force, so oscillators with and without a weight can fol
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from damper.engine import forcing as declared
 from damper.engine.forcing.record import held
 
@@ -85,6 +87,17 @@ def _force_rates(forcing, phase):
 def _derivative_of(forcing, phase, order):
     value = forcing.share * declared.derivative_of(forcing.forcing, phase, order)
     return value + forcing.weight if order == 0 else value
+
+
+@declared.tones_of.of(WeighedForce)
+def _tones_of(forcing, phase):
+    inner = declared.tones_of(forcing.forcing, phase)
+    found = np.zeros((len(inner) + 1, 3))
+    for k in range(len(inner)):
+        found[k, 0] = inner[k, 0]
+        found[k, 1], found[k, 2] = forcing.share * inner[k, 1], forcing.share * inner[k, 2]
+    found[len(inner), 1] = forcing.weight
+    return found
 
 
 @declared.gain_of.of(WeighedForce)

@@ -14,6 +14,8 @@ from damper.engine.model import Step
 from damper.engine.search import GAVE_UP, HORIZON, point_at
 from damper.engine.segment import FLIGHT, NOTHING, RELEASE, STICK, STICKING, TAIL
 from damper.models.structure.constants import (
+    ARRIVES,
+    BEFORE,
     CAUSE,
     COMPLETION,
     DISPLACEMENT,
@@ -25,16 +27,15 @@ from damper.models.structure.constants import (
     VELOCITY,
     WIDTH,
     OnStructure,
-    box_in,
-    inverse_in,
+    box_at,
+    first_row,
     law_of,
     mass_in,
     size_of,
 )
 from damper.models.structure.contacts import decide_contacts, hit
 from damper.models.structure.courses import LIFTS, course_of, next_event
-from damper.models.structure.flow import begin_after
-from damper.models.structure.linear import dot, times
+from damper.models.structure.flow import begin, begin_after
 from damper.models.structure.log import report_first, segment_of_all
 from damper.models.structure.motion import all_after
 from damper.models.structure.prepare import prepare as prepare
@@ -46,18 +47,22 @@ from damper.models.walls import slack
 def _initial_segment(model, periods, time, x, v, y, u):
     count, n = len(model.masses), size_of(model)
     bodies, modes = np.zeros((count, WIDTH)), np.zeros((3, n))
-    modes[DISPLACEMENT], modes[VELOCITY] = times(inverse_in(model), x), times(inverse_in(model), v)
-    modes[2] = modes[VELOCITY]
+    first = first_row(model.table, 2)
+    for i in range(n):
+        for j in range(n):
+            modes[DISPLACEMENT, i] += model.table[first + i, j] * x[j]
+            modes[VELOCITY, i] += model.table[first + i, j] * v[j]
+        modes[BEFORE, i] = modes[VELOCITY, i]
+    here = segment_of_all(periods, time, modes, bodies)
     for k in range(count):
         clearance = mass_in(model.masses, k).clearance
-        box = dot(box_in(model, k), modes[DISPLACEMENT])
+        box = box_at(model, here, DISPLACEMENT, k)
         side = 1.0 if y[k] >= box else -1.0
         gap = clearance - side * (y[k] - box)
         b = bodies[k]
         b[GAP] = 0.0 if gap <= slack(clearance, box, float(y[k])) else gap
-        b[RATE] = -side * (u[k] - dot(box_in(model, k), modes[VELOCITY]))
+        b[RATE] = -side * (u[k] - box_at(model, here, VELOCITY, k))
         b[SIDE], b[MODE], b[CAUSE] = side, FLIGHT, NOTHING
-    here = segment_of_all(periods, time, modes, bodies)
     decide_contacts(model, here, STICKING)
     return report_first(model, here, 0.0)
 
@@ -69,7 +74,7 @@ def _mass_ratio_at(model, periods, time):
 
 @declared.begin.of(OnStructure)
 def _begin(model, segment):
-    return begin_after(model, segment, model.flying)
+    return begin(model, segment, 1 << len(model.masses))
 
 
 @declared.speeds_in_tail.of(OnStructure)
@@ -96,7 +101,7 @@ def _following(model, segment, start):
 @compiled_apart
 def _complete(model, s, start, tau):
     """The end of a tail: its masses stick."""
-    here, _ = all_after(model, s, start, tau, -1, 0.0)
+    here = all_after(model, s, start, tau, -1, 0.0)
     for k in range(len(here.bodies)):
         b = here.bodies[k]
         if b[MODE] == TAIL:
@@ -106,7 +111,7 @@ def _complete(model, s, start, tau):
     for k in range(len(here.bodies)):
         if s.bodies[k, MODE] == TAIL and here.bodies[k, MODE] == STICKING:
             here.bodies[k, CAUSE] = STICK
-    begun = begin_after(model, here, start.system)
+    begun = begin_after(model, here, start)
     return Step(tau, True, False, 1, report_first(model, here, 0.0), begun)
 
 
@@ -126,17 +131,18 @@ def _fly(model, s, start):
             last, first, side = tau, k, found
     flies = first >= 0 and s.bodies[first, MODE] == FLIGHT
     wall = side * float(s.bodies[first, SIDE]) if flies else 0.0
-    here, arrives = all_after(model, s, start, last, first if flies else -1, wall)
-    hits = bool(np.any(arrives != 0.0))
+    here, hits = all_after(model, s, start, last, first if flies else -1, wall), False
+    for k in range(count):
+        hits = hits or here.bodies[k, ARRIVES] != 0.0
     # A release at the instant of an impact: the impact and the forces after it decide.
     if first >= 0 and not hits:
         _release(model, here, start, last, first)
-    loss = hit(model, here, arrives) if hits else 0.0
+    loss = hit(model, here) if hits else 0.0
     if hits or first < 0:
         decide_contacts(model, here, TAIL)
-    begun = begin_after(model, here, start.system)
+    begun = begin_after(model, here, start)
     if hits and close(model, here, begun):
-        begun = begin_after(model, here, begun.system)
+        begun = begin_after(model, here, begun)
     new = report_first(model, here, loss)
     return Step(last, new.cause != NOTHING, gave_up, steps, new, begun)
 

@@ -6,6 +6,7 @@ from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.segment import FLIGHT
 from damper.models.several.contacts import negligible
 from damper.models.structure.constants import (
+    ARRIVES,
     GAP,
     MODE,
     RATE,
@@ -55,10 +56,10 @@ def collapsing(model: OnStructure, bodies: np.ndarray) -> np.ndarray:
         for j in range(count):
             if now[j, MODE] == FLIGHT:
                 now[j, GAP] = max(now[j, GAP] + now[j, RATE] * soonest, _OFF)
-        arrives = np.zeros(count)
-        arrives[k], hits[k] = now[k, SIDE], True
+            now[j, ARRIVES] = now[j, SIDE] if j == k else 0.0
+        hits[k] = True
         first = -now[k, RATE] if number == 0 else first
-        rebound(model, now, arrives)
+        rebound(model, now)
         fastest = 0.0
         for j in range(count):
             if hits[j]:

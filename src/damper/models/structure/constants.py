@@ -9,16 +9,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine.compiled import compiled, compiled_apart
+from damper.engine.forcing.none import ZeroForce
 from damper.engine.impact import YieldingRestitution
-from damper.engine.oscillator import Oscillator
+from damper.engine.oscillator import Oscillator, oscillator
 from damper.engine.tuples import reader
 
 #: Columns of `StructureSegment.bodies`, those of the log: as `damper.models.several.bodies`.
 GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION = range(8)
 BODY = 8
-#: A further column, which the log does not have: by how much faster the gap grows where masses in a
-#: tail are taken for stuck.
-JUMP, WIDTH = 8, 9
+#: Further columns, which the log does not have: by how much faster the gap grows where masses in a
+#: tail are taken for stuck, the wall at which a mass arrives, or 0, and the impulse in its gap.
+JUMP, ARRIVES, IMPULSE = 8, 9, 10
+WIDTH = 11
 #: Rows of `StructureSegment.modes`: displacements, velocities, and those before what happens.
 DISPLACEMENT, VELOCITY, BEFORE = range(3)
 
@@ -45,34 +47,31 @@ class BoxedMass(NamedTuple):
 mass_in = reader(BoxedMass)
 
 
-#: Rows of `JoinedSystem.own`: 1 where a free mass sticks; the constant part of the acceleration of
-#: its box less its own; the change of that velocity by a unit impulse between both.
-STICKS, FALLS, YIELDS = range(3)
+# A system is the structure with the masses that stick to it, by its modes without damping, whose
+# mass is 1. A flying mass that is tied to its box has a coordinate of its own; where the base
+# moves, the last coordinate is that of a mass that follows nothing but the force. All numbers of a
+# system are in one table: compiled code counts two references to each array in every call.
 
-
-class JoinedSystem(NamedTuple):
-    """The structure with the masses that stick to it, by its modes without damping.
-
-    Their mass is 1. A flying mass that is tied to its box has a coordinate of its own; where the
-    base moves, the last coordinate is that of a mass that follows nothing but the force.
-    """
-
-    table: np.ndarray
-    """Constants of the modes, a column for each mode; the functions below read the rows."""
-    own: np.ndarray
-    """(3, m) what each free mass has: `STICKS`, `FALLS` and `YIELDS`."""
-    number: int
-    """Number of free masses."""
-    carried: bool
-    """Whether the last mode is that of the force alone."""
-    coupled: bool
-    """Whether damping couples the modes."""
-    plain: bool
-    """Whether the modes are the coordinates."""
-    rate: float
-    """Bound on the rate of free motion."""
-    coupling: float
-    """Of a derivative to the two below it."""
+#: Rows of a table. First numbers of the whole system. Then, a column for each free mass: 1 where it
+#: sticks; the constant part of the acceleration of its box less its own; the change of that
+#: velocity by a unit impulse between both; what dashpots do to that impulse; their fastest rate; by
+#: how much an impulse moves fast modes more than the slowest one.
+HEAD, STICKS, FALLS, YIELDS, DRAGS, DASHPOTS, STIFFENS = range(7)
+#: Then, a column for each mode: squares of the frequencies, accelerations by the force's shape,
+#: >= 0, and constant ones.
+STIFFNESS, PUSH, PULL = 7, 8, 9
+#: The oscillator that a mode is where damping does not couple it: seven fields of `Oscillator`.
+DAMPING, REGIME, SPLIT, SLOW, FAST, FASTEST, COUPLING = range(10, 17)
+#: Then displacements of each box less those of its free mass; then three blocks with a row for each
+#: mode: damping; coordinates, a column for each mode, first those of the structure alone; modes, a
+#: column for each coordinate.
+WEIGHTS = 17
+#: Columns of the first row: how many modes and free masses; whether the last mode is that of the
+#: force alone, damping couples the modes, the modes are the coordinates; a bound on the rate of
+#: free motion; of a derivative to the two below it; the least stiffness where the last mode is that
+#: of the force.
+SIZE, NUMBER, CARRIED, COUPLED, PLAIN, SYSTEM_RATE, SYSTEM_COUPLING, LEAST = range(8)
+HEAD_WIDTH = 8
 
 
 class OnStructure(NamedTuple):
@@ -90,13 +89,13 @@ class OnStructure(NamedTuple):
     forcing: Any
     """The shape of the force."""
     table: np.ndarray
-    """As of a `JoinedSystem`, of the structure by itself."""
+    """The system without free masses."""
     masses: np.ndarray
     """A `BoxedMass` in each row."""
     number: int
     """Number of free masses."""
-    flying: JoinedSystem
-    """Where no mass sticks."""
+    flying: np.ndarray
+    """The table of the system in which no mass sticks."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -137,85 +136,63 @@ class StructureSegment(NamedTuple):
     """A row for each free mass."""
 
 
-# A struct of few arrays: compiled code counts two references to each of them in every call.
+@compiled
+def size_in(table: np.ndarray) -> int:
+    """How many modes a system has."""
+    return int(table[HEAD, SIZE])
 
 
 @compiled
-def size_of(of: Any) -> int:
-    """How many modes there are, of a structure or a system."""
-    return of.table.shape[1]
+def size_of(model: OnStructure) -> int:
+    """How many modes the structure has by itself."""
+    return int(model.table[HEAD, SIZE])
+
+
+@compiled
+def box_at(model: OnStructure, s: StructureSegment, order: int, k: int) -> float:
+    """Displacement, velocity or velocity before the event of a mass's box, by `order`."""
+    found = 0.0
+    for i in range(size_of(model)):
+        found += model.table[WEIGHTS + k, i] * s.modes[order, i]
+    return found
+
+
+@compiled
+def first_row(table: np.ndarray, block: int) -> int:
+    """First row of the damping (block 0), the coordinates (1) or the modes (2) of a system."""
+    return WEIGHTS + int(table[HEAD, NUMBER]) + block * int(table[HEAD, SIZE])
 
 
 @compiled_apart
-def stiffness_in(of: Any) -> np.ndarray:
-    """(N,) squares of the frequencies."""
-    return of.table[0]
-
-
-@compiled_apart
-def push_in(of: Any) -> np.ndarray:
-    """(N,) accelerations by the force's shape, >= 0."""
-    return of.table[1]
-
-
-@compiled_apart
-def pull_in(of: Any) -> np.ndarray:
-    """(N,) constant accelerations."""
-    return of.table[2]
-
-
-@compiled_apart
-def weights_in(of: Any) -> np.ndarray:
-    """(m, N) displacements of the boxes less those of the free masses."""
-    return of.table[3 : 3 + of.number]
-
-
-@compiled_apart
-def box_in(of: Any, k: int) -> np.ndarray:
-    """(N,) displacements of the box of a free mass less its own."""
-    return of.table[3 + k]
-
-
-@compiled_apart
-def drag_in(of: Any) -> np.ndarray:
-    """(N, N) damping."""
-    first = 3 + of.number
-    return of.table[first : first + size_of(of)]
-
-
-@compiled_apart
-def shapes_in(of: Any) -> np.ndarray:
-    """(N, N) coordinates, a column for each mode; first those of the structure alone."""
-    first = 3 + of.number + size_of(of)
-    return of.table[first : first + size_of(of)]
-
-
-@compiled_apart
-def inverse_in(of: Any) -> np.ndarray:
-    """(N, N) modes, a column for each coordinate."""
-    first = 3 + of.number + 2 * size_of(of)
-    return of.table[first : first + size_of(of)]
-
-
-@compiled_apart
-def table_of(
+def fill_table(
+    table: np.ndarray,
     stiffness: np.ndarray,
     push: np.ndarray,
     pull: np.ndarray,
     weights: np.ndarray,
-    drag: np.ndarray,
-    shapes: np.ndarray,
-    inverse: np.ndarray,
-) -> np.ndarray:
-    """Make a table that the functions above read."""
+    blocks: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> None:
+    """Write what each mode has into a table of zeros."""
     size, count = len(stiffness), len(weights)
-    found = np.zeros((3 + count + 3 * size, size))
-    found[0], found[1], found[2] = stiffness, push, pull
-    found[3 : 3 + count] = weights
-    found[3 + count : 3 + count + size] = drag
-    found[3 + count + size : 3 + count + 2 * size] = shapes
-    found[3 + count + 2 * size :] = inverse
-    return found
+    table[HEAD, SIZE], table[HEAD, NUMBER] = size, count
+    for i in range(size):
+        table[PUSH, i], table[PULL, i] = push[i], pull[i]
+        for k in range(count):
+            table[WEIGHTS + k, i] = weights[k, i]
+    for which in range(3):
+        block, first = blocks[which], first_row(table, which)
+        for i in range(size):
+            for j in range(size):
+                table[first + i, j] = block[i, j]
+    for i in range(size):
+        damping, square = 0.5 * table[first_row(table, 0) + i, i], float(stiffness[i])
+        if square == 0.0 and damping > 0.0:
+            square = 1e-100  # an oscillator with a dashpot needs some
+        own = oscillator(damping, square, 1.0, ZeroForce(0.0))
+        table[STIFFNESS, i] = square
+        table[DAMPING, i], table[REGIME, i], table[SPLIT, i] = damping, own.regime, own.split
+        table[SLOW, i], table[FAST, i], table[FASTEST, i] = own.slow, own.fast, own.rate
+        table[COUPLING, i] = own.coupling
 
 
 @compiled

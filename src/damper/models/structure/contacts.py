@@ -9,88 +9,117 @@ from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, NOTHING, RELEASE, STICK, STICKING
 from damper.models.flights import VANISHES
 from damper.models.structure.constants import (
+    ARRIVES,
     CAUSE,
     COMPLETION,
     DISPLACEMENT,
     FIRST,
     GAP,
+    IMPULSE,
     MODE,
+    PUSH,
     RATE,
     SIDE,
     SPEED,
+    STIFFNESS,
     VELOCITY,
+    WEIGHTS,
     OnStructure,
     StructureSegment,
-    box_in,
-    drag_in,
+    first_row,
     law_of,
     mass_in,
-    push_in,
-    stiffness_in,
+    size_of,
 )
-from damper.models.structure.flow import compliance, pushed
-from damper.models.structure.linear import complementary, dot, times
+from damper.models.structure.flow import compliance, give
+from damper.models.structure.linear import complementary, times
 
 
-@compiled
-def hit(model: OnStructure, s: StructureSegment, arrives: np.ndarray) -> float:
-    """Impacts of one instant, in place; the energy lost. `arrives` as for `rebound`."""
-    impulses, loss = rebound(model, s.bodies, arrives)
-    s.modes[VELOCITY] += pushed(model, s.bodies, impulses)
+@compiled_apart
+def hit(model: OnStructure, s: StructureSegment) -> float:
+    """Impacts of one instant, in place; the energy lost."""
+    loss, bodies = rebound(model, s.bodies), s.bodies
+    for k in range(len(bodies)):
+        if bodies[k, IMPULSE] != 0.0:
+            for i in range(size_of(model)):
+                impulse = bodies[k, SIDE] * bodies[k, IMPULSE]
+                s.modes[VELOCITY, i] += impulse * model.table[WEIGHTS + k, i]
     return loss
 
 
 @compiled_apart
-def rebound(
-    model: OnStructure, bodies: np.ndarray, arrives: np.ndarray
-) -> tuple[np.ndarray, float]:
-    """Impacts of one instant on the masses, in place; the impulses and the energy lost.
+def rebound(model: OnStructure, bodies: np.ndarray) -> float:
+    """Impacts of one instant on the masses, in place, with their impulses; the energy lost.
 
-    `arrives` has the wall at which each mass arrives, or 0; its rate is that at its own wall.
-    Masses that touch a wall with no relative velocity take part, whether or not they stick to it.
+    A mass that arrives has its rate at its own wall. Masses that touch a wall with no relative
+    velocity take part, whether or not they stick to it.
     """
     count, loss, touching = len(bodies), 0.0, 0
-    touches, least = np.zeros(count, dtype=np.bool_), np.zeros(count)
     for k in range(count):
         b = bodies[k]
-        touches[k] = b[MODE] == STICKING or (b[GAP] == 0.0 and b[RATE] == 0.0)
-        if arrives[k] != 0.0:
-            touches[k] = True
+        b[IMPULSE] = 0.0
+        if b[ARRIVES] != 0.0:
             speed = abs(float(b[RATE]))
-            if b[SIDE] != arrives[k]:
+            if b[SIDE] != b[ARRIVES]:
                 b[FIRST] = 0.0
-            b[GAP], b[SIDE], b[SPEED], b[RATE] = 0.0, arrives[k], speed, -speed
-            least[k] = (1.0 + _restitution(model, b, k)) * speed
-        touching += int(touches[k])
-    matrix = compliance(model, bodies)
+            b[GAP], b[SIDE], b[SPEED], b[RATE] = 0.0, b[ARRIVES], speed, -speed
+            b[IMPULSE] = (1.0 + _restitution(model, b, k)) * speed / give(model, bodies, k, k)
+            touching += 1
+        elif b[MODE] == STICKING or (b[GAP] == 0.0 and b[RATE] == 0.0):
+            touching += 1
     if touching > 1:
-        impulses = impulses_of(matrix, least, touches)
-    else:
-        impulses = least
-        for k in range(count):
-            impulses[k] /= matrix[k, k]
-    gained = times(matrix, impulses)
+        _share(model, bodies)
     for k in range(count):
-        b, p = bodies[k], float(impulses[k])
-        if arrives[k] != 0.0 and p > 0.0:
+        b, p = bodies[k], float(bodies[k, IMPULSE])
+        if b[ARRIVES] != 0.0 and p > 0.0:
             r = _restitution(model, b, k)
             loss += 0.5 * p * (1.0 - r) * float(b[SPEED])
             b[RATE], b[CAUSE] = r * b[SPEED], IMPACT
             b[FIRST] = b[FIRST] if b[FIRST] > 0.0 else b[SPEED]
-        elif arrives[k] != 0.0:  # another one's impact takes the wall away
-            b[RATE], b[SPEED] = b[RATE] + gained[k], 0.0
-        elif b[MODE] == STICKING:
-            if is_kicked(matrix, impulses, k):
-                b[MODE], b[RATE], b[CAUSE], b[FIRST] = FLIGHT, gained[k], RELEASE, 0.0
-        elif not touches[k] or p == 0.0:
-            b[RATE] += gained[k]
-    return impulses, loss
+            continue
+        if p != 0.0:
+            continue
+        gained, size = _gained(model, bodies, k)
+        if b[ARRIVES] != 0.0:  # another one's impact takes the wall away
+            b[RATE], b[SPEED] = b[RATE] + gained, 0.0
+        elif b[MODE] != STICKING:
+            b[RATE] += gained
+        elif gained > ROUNDOFF * size:
+            b[MODE], b[RATE], b[CAUSE], b[FIRST] = FLIGHT, gained, RELEASE, 0.0
+    return loss
 
 
 @compiled
 def _restitution(model, b, k):
     """Coefficient of restitution of the impact of a mass."""
     return restitution_at(law_of(mass_in(model.masses, k), float(b[SIDE])), float(b[SPEED]))
+
+
+@compiled
+def _gained(model, bodies, k):
+    """Change of a gap's rate by the impulses in all gaps, and the size of its terms."""
+    gained, size = 0.0, 0.0
+    for j in range(len(bodies)):
+        if bodies[j, IMPULSE] != 0.0:
+            part = give(model, bodies, k, j) * bodies[j, IMPULSE]
+            gained += part
+            size += abs(part)
+    return gained, size
+
+
+@compiled_apart
+def _share(model, bodies):
+    """Solve for the impulses of several contacts at one instant, in place."""
+    count = len(bodies)
+    touches, least = np.zeros(count, dtype=np.bool_), np.zeros(count)
+    matrix = compliance(model, bodies)
+    for k in range(count):
+        b = bodies[k]
+        least[k] = b[IMPULSE] * matrix[k, k]
+        touches[k] = least[k] > 0.0 or b[MODE] == STICKING or (b[GAP] == 0.0 and b[RATE] == 0.0)
+    impulses = impulses_of(matrix, least, touches)
+    for k in range(count):
+        bodies[k, IMPULSE] = impulses[k]
 
 
 @compiled_apart
@@ -115,37 +144,32 @@ def impulses_of(matrix: np.ndarray, least: np.ndarray, chosen: np.ndarray) -> np
     return found
 
 
-@compiled_apart
-def is_kicked(matrix: np.ndarray, impulses: np.ndarray, k: int) -> bool:
-    """Whether impulses in other gaps open that of a mass that sticks, by more than roundoff."""
-    gained, size = dot(matrix[k], impulses), dot(np.abs(matrix[k]), impulses)
-    return bool(impulses[k] == 0.0 and gained > ROUNDOFF * size)
-
-
-@compiled_apart
-def _accelerations(model, s):
-    """Second derivatives of all gaps if no wall pressed a mass, and the sizes of their terms."""
-    bodies, count = s.bodies, len(s.bodies)
-    x, v = s.modes[DISPLACEMENT], s.modes[VELOCITY]
+@compiled
+def _accelerations(model, s, pulls, sizes):
+    """Second derivatives of all gaps if no wall pressed a mass; also the sizes of their terms."""
+    bodies, count, n, table = s.bodies, len(s.bodies), size_of(model), model.table
     force, _, _, _, _ = force_rates(model.forcing, phase_at(model.forcing, s.periods, s.time))
-    a = push_in(model) * force - times(drag_in(model), v) - stiffness_in(model) * x
-    size = push_in(model) * abs(force) + times(np.abs(drag_in(model)), np.abs(v))
-    size += stiffness_in(model) * np.abs(x)
-    pulls = np.zeros(count)
+    found, drag = np.zeros(count), first_row(table, 0)
     for k in range(count):
         b, m = bodies[k], mass_in(model.masses, k)
         pulls[k] = b[SIDE] * (m.tie_stiffness * (m.clearance - b[GAP]) - m.tie_damping * b[RATE])
-        if pulls[k] != 0.0:
-            a += pulls[k] * box_in(model, k)
-            size += abs(pulls[k]) * np.abs(box_in(model, k))
-    found, sizes = np.zeros(count), np.zeros(count)
-    for k in range(count):
-        m = mass_in(model.masses, k)
         own = m.carried * force - m.gravity - pulls[k] / m.mass
-        found[k] = bodies[k, SIDE] * (dot(box_in(model, k), a) - own)
-        sizes[k] = dot(np.abs(box_in(model, k)), size) + abs(m.carried * force)
-        sizes[k] += abs(m.gravity) + abs(pulls[k] / m.mass)
-    return found, sizes
+        found[k] = -b[SIDE] * own
+        sizes[k] = abs(m.carried * force) + abs(m.gravity) + abs(pulls[k] / m.mass)
+    for i in range(n):
+        a = table[PUSH, i] * force - table[STIFFNESS, i] * s.modes[DISPLACEMENT, i]
+        size = table[PUSH, i] * abs(force) + abs(table[STIFFNESS, i] * s.modes[DISPLACEMENT, i])
+        for j in range(n):
+            part = table[drag + i, j] * s.modes[VELOCITY, j]
+            a -= part
+            size += abs(part)
+        for k in range(count):
+            a += pulls[k] * table[WEIGHTS + k, i]
+            size += abs(pulls[k] * table[WEIGHTS + k, i])
+        for k in range(count):
+            found[k] += bodies[k, SIDE] * table[WEIGHTS + k, i] * a
+            sizes[k] += abs(table[WEIGHTS + k, i]) * size
+    return found
 
 
 @compiled
@@ -156,34 +180,40 @@ def _touches(bodies, k):
     return bool(b[MODE] == STICKING or fresh)
 
 
-@compiled_apart
+@compiled
 def decide_contacts(model: OnStructure, s: StructureSegment, mode: float) -> None:
     """Let masses that touch a wall with no relative velocity stay or leave, in place.
 
     A mass that comes to rest gets `mode`. A mass that has stuck stays, unless the force that
     parts it is more than roundoff.
     """
+    for k in range(len(s.bodies)):
+        if _touches(s.bodies, k):
+            _decide(model, s, mode)
+            return
+
+
+@compiled_apart
+def _decide(model, s, mode):
     bodies, count = s.bodies, len(s.bodies)
-    any_touches = False
+    touches, wanted = np.zeros(count, dtype=np.bool_), np.zeros(count)
+    sizes = np.zeros(count)
+    parting = _accelerations(model, s, wanted, sizes)
     for k in range(count):
-        any_touches = any_touches or _touches(bodies, k)
-    if not any_touches:
-        return
-    touches = np.zeros(count, dtype=np.bool_)
-    for k in range(count):
-        touches[k] = _touches(bodies, k)
-    parting, sizes = _accelerations(model, s)
+        touches[k], wanted[k] = _touches(bodies, k), -parting[k]
     matrix = compliance(model, bodies)
-    forces = impulses_of(matrix, -parting, touches)
-    parting += times(matrix, forces)
+    forces = impulses_of(matrix, wanted, touches)
+    pressed = times(matrix, forces)
     for k in range(count):
-        b = bodies[k]
+        b, size = bodies[k], sizes[k]
         if not touches[k]:
             continue
-        slack = VANISHES * ROUNDOFF * (sizes[k] + dot(np.abs(matrix[k]), forces))
-        leaves = forces[k] == 0.0 and parting[k] > 0.0
+        for j in range(count):
+            size += abs(matrix[k, j]) * forces[j]
+        apart = parting[k] + pressed[k]
+        leaves = forces[k] == 0.0 and apart > 0.0
         if b[MODE] == STICKING:
-            if b[CAUSE] == NOTHING and leaves and parting[k] > slack:
+            if b[CAUSE] == NOTHING and leaves and apart > VANISHES * ROUNDOFF * size:
                 b[MODE], b[CAUSE], b[FIRST], b[RATE] = FLIGHT, RELEASE, 0.0, 0.0
         elif not leaves:
             b[MODE], b[COMPLETION] = mode, 0.0
@@ -194,5 +224,10 @@ def decide_contacts(model: OnStructure, s: StructureSegment, mode: float) -> Non
 @compiled_apart
 def settle(model: OnStructure, s: StructureSegment, impulses: np.ndarray) -> None:
     """Apply impulses in the gaps, in place."""
-    s.modes[VELOCITY] += pushed(model, s.bodies, impulses)
-    s.bodies[:, RATE] += times(compliance(model, s.bodies), impulses)
+    for k in range(len(impulses)):
+        s.bodies[k, IMPULSE] = impulses[k]
+        for i in range(size_of(model)):
+            impulse = s.bodies[k, SIDE] * impulses[k]
+            s.modes[VELOCITY, i] += impulse * model.table[WEIGHTS + k, i]
+    for k in range(len(impulses)):
+        s.bodies[k, RATE] += _gained(model, s.bodies, k)[0]

@@ -18,30 +18,35 @@ from damper.engine.tuples import changed
 from damper.models.several.tails import is_balanced
 from damper.models.structure.constants import (
     COMPLETION,
+    COUPLED,
     FALLS,
     GAP,
+    HEAD,
     JUMP,
     MODE,
+    PULL,
+    PUSH,
     RATE,
     SIDE,
+    STIFFNESS,
+    SYSTEM_COUPLING,
+    SYSTEM_RATE,
+    WEIGHTS,
     OnStructure,
-    box_in,
-    drag_in,
+    first_row,
     mass_in,
-    pull_in,
-    push_in,
-    size_of,
-    stiffness_in,
+    size_in,
 )
-from damper.models.structure.flow import (
-    ModalStart,
+from damper.models.structure.flow import ModalStart, is_on_wall, mode_of, motion_of
+from damper.models.structure.steps import (
+    CHANGE,
+    WAY,
+    A,
+    V,
+    X,
     coupled_after,
-    is_on_wall,
-    mode_of,
-    motion_of,
-    rates_in,
+    next_rate,
 )
-from damper.models.structure.linear import dot, times
 
 #: In place of a completion: the mass has left its wall without a jump of the force just now, so its
 #: gap has no second derivative, exactly.
@@ -71,14 +76,16 @@ _narrowed = changed(GapOrForce, "value")
 @compiled
 def course_of(model: OnStructure, b: np.ndarray, start: ModalStart, k: int) -> GapOrForce:
     """Gap of a mass in flight, or contact force of a mass that sticks."""
-    m, side = mass_in(model.masses, k), float(b[k, SIDE])
-    fall = float(start.system.own[FALLS, k])
+    m, side, table = mass_in(model.masses, k), float(b[k, SIDE]), start.tables[start.slot]
+    fall = float(table[FALLS, k])
     if is_on_wall(b[k, MODE]):
         held = -side * fall - m.tie_stiffness / m.mass * m.clearance
         return GapOrForce(model.forcing, start, k, -side, True, held, 0.0, 0.0)
     acceleration = side * fall
     if b[k, COMPLETION] == LIFTS:
-        acceleration = -side * dot(box_in(start.system, k), start.modes[2])
+        acceleration = 0.0
+        for i in range(size_in(table)):
+            acceleration -= side * table[WEIGHTS + k, i] * start.modes[A, i]
     rate = float(b[k, RATE] + b[k, JUMP])
     return GapOrForce(model.forcing, start, k, side, False, float(b[k, GAP]), rate, acceleration)
 
@@ -116,16 +123,16 @@ def _added_force(osc, weight, sums, motion):
 @compiled
 def first_point(course: GapOrForce) -> EventPoint:
     """Where a course begins."""
-    if course.start.system.coupled:
-        return _coupled_point(course, 0.0)
     # Compiled code counts references wherever it reads an array out of a struct.
     forcing, modes, phase = course.forcing, course.start.modes, course.start.phase
-    table, masses, row = course.start.system.table, course.start.system.number, 3 + course.k
+    table = course.start.tables[course.start.slot]
+    if table[HEAD, COUPLED] != 0.0:
+        return _coupled_point(course, 0.0)
     sign, is_force, sums = course.sign, course.is_force, _begun(course, 0.0)
-    for i in range(modes.shape[1]):
-        weight = sign * table[row, i]
+    for i in range(size_in(table)):
+        weight = sign * float(table[WEIGHTS + course.k, i])
         if weight != 0.0:
-            osc, motion = mode_of(forcing, table, masses, i), motion_of(modes, phase, i)
+            osc, motion = mode_of(forcing, table, i), motion_of(modes, phase, i)
             if is_force:
                 sums = _added_force(osc, weight, sums, motion)
             else:
@@ -135,17 +142,17 @@ def first_point(course: GapOrForce) -> EventPoint:
 
 @point_at.of(GapOrForce)
 def _point_at(course, tau):
-    if course.start.system.coupled:
-        return _coupled_point(course, tau)
     forcing, modes, begun = course.forcing, course.start.modes, course.start.phase
-    table, masses, row = course.start.system.table, course.start.system.number, 3 + course.k
+    table = course.start.tables[course.start.slot]
+    if table[HEAD, COUPLED] != 0.0:
+        return _coupled_point(course, tau)
     turn = turn_over(forcing, tau)
     phase = turned(forcing, begun, turn)
     sign, is_force, sums = course.sign, course.is_force, _begun(course, tau)
-    for i in range(modes.shape[1]):
-        weight = sign * table[row, i]
+    for i in range(size_in(table)):
+        weight = sign * float(table[WEIGHTS + course.k, i])
         if weight != 0.0:
-            osc, first = mode_of(forcing, table, masses, i), motion_of(modes, begun, i)
+            osc, first = mode_of(forcing, table, i), motion_of(modes, begun, i)
             way, change = moved(osc, first, turn, tau)
             x, v = first.x + (first.v * tau + way), first.v + change
             motion = motion_from(osc, x, v, phase)
@@ -159,61 +166,76 @@ def _point_at(course, tau):
 @compiled_apart
 def _coupled_point(course, tau):
     """Where a sum of coupled modes is: their energy together never grows without the force."""
-    start, forcing, system = course.start, course.forcing, course.start.system
-    way, change = np.zeros(size_of(system)), np.zeros(size_of(system))
-    phase = start.phase
-    if tau > 0.0:
-        way, change = coupled_after(forcing, start, tau)
-        phase = turned(forcing, start.phase, turn_over(forcing, tau))
-    x, v = start.modes[0] + (start.modes[1] * tau + way), start.modes[1] + change
-    rates = rates_in(system, force_rates(forcing, phase), x, v)
-    weights, sums = course.sign * box_in(system, course.k), _begun(course, tau)
-    order, size = 2, 0.0
-    first = (dot(weights, rates[2]), dot(weights, rates[3]))
-    if not course.is_force:
-        order, first = 0, (dot(weights, way), dot(weights, change))
-        size = dot(np.abs(weights), np.abs(way))
-    else:
-        terms = push_in(system) * bound_of(forcing, 0) + np.abs(pull_in(system))
-        terms += times(np.abs(drag_in(system)), np.abs(v)) + stiffness_in(system) * np.abs(x)
-        size = dot(np.abs(weights), terms)
-    norm = math.sqrt(dot(weights, weights))
-    lower, upper = rates[order + 3], rates[order + 4]
-    energy = dot(stiffness_in(system) * lower, lower) + dot(upper, upper)
-    growth = math.sqrt(dot(push_in(system), push_in(system))) * bound_of(forcing, order + 3)
-    fifth = 0.0 if course.is_force else dot(weights, rates[5])
+    start, forcing, sign, is_force = course.start, course.forcing, course.sign, course.is_force
+    table, modes, row = start.tables[start.slot], start.modes, WEIGHTS + course.k
+    coupled_after(forcing, table, start.steps[start.slot], modes, start.phase, tau)
+    phase, size = turned(forcing, start.phase, turn_over(forcing, tau)), size_in(table)
+    rates = np.empty((7, size))
+    for i in range(size):
+        rates[0, i] = modes[X, i] + (modes[V, i] * tau + modes[WAY, i])
+        rates[1, i] = modes[V, i] + modes[CHANGE, i]
+    force = force_rates(forcing, phase)
+    pushes = (force[0], force[1], force[2], force[3], force[4])
+    for order in range(5):
+        next_rate(table, pushes[order], order, rates, (order, order + 1, order + 2))
+    order = 2 if is_force else 0
+    found = np.zeros(6)
+    norm, energy, pushed, terms, drag = 0.0, 0.0, 0.0, 0.0, first_row(table, 0)
+    for i in range(size):
+        weight = sign * table[row, i]
+        if is_force:
+            own = table[PUSH, i] * bound_of(forcing, 0) + abs(table[PULL, i])
+            for j in range(size):
+                own += abs(table[drag + i, j] * rates[1, j])
+            own += table[STIFFNESS, i] * abs(rates[0, i])
+            found[0] += weight * rates[2, i]
+            found[1] += weight * rates[3, i]
+        else:
+            own = abs(modes[WAY, i])
+            found[0] += weight * modes[WAY, i]
+            found[1] += weight * modes[CHANGE, i]
+            found[5] += weight * rates[5, i]
+        for each in range(2, 5):
+            found[each] += weight * rates[order + each, i]
+        terms += abs(weight) * own
+        norm += weight * weight
+        lower, upper = rates[order + 3, i], rates[order + 4, i]
+        energy += table[STIFFNESS, i] * lower * lower + upper * upper
+        pushed += table[PUSH, i] * table[PUSH, i]
+    begun, norm = _begun(course, tau), math.sqrt(norm)
     return EventPoint(
         tau,
-        sums.value + first[0],
-        sums.slope + first[1],
-        sums.second + dot(weights, rates[order + 2]),
-        dot(weights, rates[order + 3]),
-        dot(weights, rates[order + 4]),
-        fifth,
+        begun.value + float(found[0]),
+        begun.slope + float(found[1]),
+        begun.second + float(found[2]),
+        float(found[3]),
+        float(found[4]),
+        float(found[5]),
         norm * math.sqrt(energy),
-        norm * growth,
-        ROUNDOFF * (sums.size + size),
+        norm * math.sqrt(pushed) * bound_of(forcing, order + 3),
+        ROUNDOFF * (begun.size + terms),
         0.0,
     )
 
 
 @rates_of.of(GapOrForce)
 def _rates_of(course):
-    system, forcing_rate = course.start.system, rate_of(course.forcing)
-    return forcing_rate, max(forcing_rate, system.rate), system.coupling
+    tables, slot, forcing_rate = course.start.tables, course.start.slot, rate_of(course.forcing)
+    rate = max(forcing_rate, float(tables[slot, HEAD, SYSTEM_RATE]))
+    return forcing_rate, rate, float(tables[slot, HEAD, SYSTEM_COUPLING])
 
 
 @compiled
-def gap_after(
-    course: GapOrForce, way: np.ndarray, change: np.ndarray, tau: float
-) -> tuple[float, float, float]:
-    """Gap, its rate and its roundoff after a time, from the increments of the modes."""
-    table, row, begun = course.start.system.table, 3 + course.k, _begun(course, tau)
-    value, rate, size = 0.0, 0.0, begun.size
-    for i in range(len(way)):
-        value += table[row, i] * way[i]
-        rate += table[row, i] * change[i]
-        size += abs(table[row, i] * way[i])
+def gap_after(course: GapOrForce, tau: float) -> tuple[float, float, float]:
+    """Gap, its rate and its roundoff after a time for which `modes_after` has been called."""
+    table, modes = course.start.tables[course.start.slot], course.start.modes
+    value, rate, begun = 0.0, 0.0, _begun(course, tau)
+    size = begun.size
+    for i in range(size_in(table)):
+        weight = float(table[WEIGHTS + course.k, i])
+        value += weight * modes[WAY, i]
+        rate += weight * modes[CHANGE, i]
+        size += abs(weight * modes[WAY, i])
     return begun.value + course.sign * value, begun.slope + course.sign * rate, ROUNDOFF * size
 
 

@@ -16,7 +16,7 @@ _MOST_SWEEPS = 60
 
 @compiled_apart
 def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Matrix times vector; of a vector longer than that only the first entries count."""
+    """Matrix times vector."""
     found = np.zeros(matrix.shape[0])
     for i in range(matrix.shape[0]):
         total = 0.0
@@ -34,6 +34,18 @@ def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         for k in range(a.shape[1]):
             for j in range(b.shape[1]):
                 found[i, j] += a[i, k] * b[k, j]
+    return found
+
+
+@compiled_apart
+def congruent(outer: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Product of a matrix, another one, and the first one transposed."""
+    size, half = len(outer), product(outer, matrix)
+    found = np.zeros((size, size))
+    for i in range(size):
+        for j in range(size):
+            for k in range(size):
+                found[i, j] += half[i, k] * outer[j, k]
     return found
 
 
@@ -96,7 +108,9 @@ def complementary(matrix: np.ndarray, least: np.ndarray) -> np.ndarray:
         if wrong < 0:
             break
         chosen[wrong] = not chosen[wrong]
-    return np.maximum(found, 0.0)
+    for i in range(count):
+        found[i] = max(found[i], 0.0)
+    return found
 
 
 @compiled_apart

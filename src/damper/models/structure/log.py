@@ -29,10 +29,9 @@ from damper.models.structure.constants import (
     WIDTH,
     OnStructure,
     StructureSegment,
-    box_in,
+    box_at,
     size_of,
 )
-from damper.models.structure.linear import dot
 
 _of_mass = changed(
     StructureSegment,
@@ -102,20 +101,20 @@ def _write_row(model, row, segment, duration):
 def report_first(model: OnStructure, s: StructureSegment, loss: float) -> StructureSegment:
     """The segment with the fields of the first mass whose cause is not told; in place."""
     k = first_to_tell(s.bodies)
-    b, box = s.bodies[k], box_in(model, k)
+    b = s.bodies[k]
     cause, speed = float(b[CAUSE]), float(b[SPEED])
     b[CAUSE] = NOTHING
     return _of_mass(
         s,
-        dot(box, s.modes[DISPLACEMENT]),
-        dot(box, s.modes[VELOCITY]),
+        box_at(model, s, DISPLACEMENT, k),
+        box_at(model, s, VELOCITY, k),
         float(b[GAP]),
         float(b[RATE]),
         float(b[SIDE]),
         float(b[MODE]),
         cause,
         speed,
-        dot(box, s.modes[BEFORE]),
+        box_at(model, s, BEFORE, k),
         float(b[FIRST]),
         max(float(b[COMPLETION]), 0.0),
         float(k),

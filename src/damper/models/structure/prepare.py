@@ -9,12 +9,9 @@ from damper.engine.forcing import rate_of
 from damper.engine.forcing.weighed import WeighedForce
 from damper.models.forces import drive_of
 from damper.models.several.bodies import oscillator_under
-from damper.models.structure.constants import (
-    OnStructure,
-    table_of,
-)
+from damper.models.structure.constants import HEAD_WIDTH, WEIGHTS, OnStructure, fill_table
 from damper.models.structure.linear import eigenvectors, product, root_inverse
-from damper.models.structure.system import system_of
+from damper.models.structure.system import make_system, shape_of_tables
 
 
 @plain
@@ -41,15 +38,10 @@ def prepare(parameters: Any, law: Any, accuracy: float) -> OnStructure:
     forcing = drive.forcing
     shape = WeighedForce(forcing, 1.0, 0.0) if masses[:, 2].any() else forcing
     damping = _symmetric(shapes.T @ given.damping @ shapes)
-    table = table_of(
-        stiffness,
-        np.abs(push),
-        np.zeros(len(push)),
-        boxes,
-        damping,
-        shapes,
-        np.ascontiguousarray(shapes.T @ given.mass),
-    )
+    size, count = len(push), len(masses)
+    table = np.zeros((WEIGHTS + count + 3 * size, max(size, count, HEAD_WIDTH)))
+    blocks = (damping, shapes, np.ascontiguousarray(shapes.T @ given.mass))
+    fill_table(table, stiffness, np.abs(push), np.zeros(size), boxes, blocks)
     model = OnStructure(
         float(masses[:, 0].sum()),
         float(masses[:, 1].max()),
@@ -60,10 +52,12 @@ def prepare(parameters: Any, law: Any, accuracy: float) -> OnStructure:
         shape,
         table,
         masses,
-        len(masses),
-        None,  # type: ignore[arg-type]
+        count,
+        table,
     )
-    return model._replace(flying=system_of(model, np.zeros(len(masses), dtype=np.bool_)))
+    flying = np.zeros(shape_of_tables(model)[:2])
+    make_system(model, np.zeros(count, dtype=np.bool_), flying)
+    return model._replace(flying=flying)
 
 
 def _values(one: Any) -> tuple[float, ...]:

@@ -6,20 +6,30 @@ import numpy as np
 
 from damper.engine.compiled import compiled, compiled_apart
 from damper.models.structure.constants import (
+    CARRIED,
+    COUPLED,
+    DASHPOTS,
+    DRAGS,
     FALLS,
+    HEAD,
+    HEAD_WIDTH,
+    LEAST,
+    PLAIN,
+    PUSH,
     STICKS,
+    STIFFENS,
+    STIFFNESS,
+    SYSTEM_COUPLING,
+    SYSTEM_RATE,
+    WEIGHTS,
     YIELDS,
-    JoinedSystem,
     OnStructure,
-    box_in,
-    drag_in,
+    fill_table,
+    first_row,
     mass_in,
-    push_in,
     size_of,
-    stiffness_in,
-    table_of,
 )
-from damper.models.structure.linear import dot, eigenvectors, product, root_inverse, times
+from damper.models.structure.linear import congruent, eigenvectors, product, root_inverse
 
 #: Part of the largest damping below which that between two modes is roundoff.
 _NO_COUPLING = 1e-13
@@ -42,46 +52,74 @@ def follows_base(model: OnStructure) -> bool:
 
 
 @compiled_apart
-def system_of(model: OnStructure, sticks: np.ndarray) -> JoinedSystem:
-    """The system in which these masses stick to their boxes."""
+def shape_of_tables(model: OnStructure) -> tuple[int, int, int]:
+    """Rows and columns of a table that holds any system of a structure, and the most modes."""
+    count = len(model.masses)
+    size = size_of(model) + int(follows_base(model))
+    for k in range(count):
+        size += int(is_tied(model, k))
+    return WEIGHTS + count + 3 * size, max(size, count, HEAD_WIDTH), size
+
+
+@compiled_apart
+def make_system(model: OnStructure, sticks: np.ndarray, table: np.ndarray) -> None:
+    """Fill a table of zeros with the system in which these masses stick to their boxes."""
     n, count, carried = size_of(model), len(sticks), follows_base(model)
-    size = n + int(carried)
+    size, plain = n + int(carried), not carried
     for k in range(count):
         size += int(is_tied(model, k) and not sticks[k])
-    mass, stiffness, damping = np.eye(size), np.zeros((size, size)), np.zeros((size, size))
-    push, pull, gaps = np.zeros(size), np.zeros(size), np.zeros((count, size))
-    falls = np.zeros(count)
-    push[:n], damping[:n, :n] = push_in(model), drag_in(model)
+        plain = plain and not sticks[k] and not is_tied(model, k)
+    mass, stiffness = np.zeros((size, size)), np.zeros((size, size))
+    damping, gaps = np.zeros((size, size)), np.zeros((count, size))
+    push, pull, own, given = np.zeros(size), np.zeros(size), n, model.table
     for i in range(n):
-        stiffness[i, i] = stiffness_in(model)[i]
-    own, plain = n, not carried
+        push[i], stiffness[i, i] = given[PUSH, i], given[STIFFNESS, i]
+        for j in range(n):
+            damping[i, j] = given[first_row(given, 0) + i, j]
+    for i in range(size):
+        mass[i, i] = 1.0
     for k in range(count):
-        m, box = mass_in(model.masses, k), box_in(model, k)
-        gaps[k, :n] = box
-        if not sticks[k] and is_tied(model, k):
-            plain = False
+        m = mass_in(model.masses, k)
+        table[STICKS, k] = 1.0 if sticks[k] else 0.0
+        for i in range(n):
+            gaps[k, i] = given[WEIGHTS + k, i]
+        if sticks[k]:
+            _add_tie(mass, gaps[k], m.mass)
+            for i in range(n):
+                push[i] += m.mass * m.carried * gaps[k, i]
+                pull[i] -= m.mass * m.gravity * gaps[k, i]
+        elif is_tied(model, k):
             gaps[k, own] = -1.0
             mass[own, own], push[own], pull[own] = m.mass, m.mass * m.carried, -m.mass * m.gravity
             _add_tie(stiffness, gaps[k], m.tie_stiffness)
             _add_tie(damping, gaps[k], m.tie_damping)
             own += 1
             continue
-        falls[k] = m.gravity
+        table[FALLS, k] = m.gravity
         if carried:
             gaps[k, size - 1] = -m.carried
-        if sticks[k]:
-            plain = False
-            _add_tie(mass, box, m.mass)
-            push[:n] += m.mass * m.carried * box
-            pull[:n] -= m.mass * m.gravity * box
     if carried:
         push[size - 1] = 1.0
-    shapes, squares = np.eye(size), np.diag(stiffness).copy()
-    if not plain:
+    # Modes in rows: coordinates are their sums.
+    modes, squares = np.eye(size), np.zeros(size)
+    if plain:
+        for i in range(size):
+            squares[i] = stiffness[i, i]
+    else:
         root = root_inverse(mass)
-        squares, vectors = eigenvectors(_symmetric(product(product(root, stiffness), root.T)))
-        shapes = product(root.T, vectors)
-    return _in_modes(model, sticks, mass, squares, damping, push, pull, gaps, falls, shapes, plain)
+        scaled = congruent(root, stiffness)
+        for i in range(size):
+            for j in range(i):
+                scaled[i, j] = scaled[j, i] = 0.5 * (scaled[i, j] + scaled[j, i])
+        squares, vectors = eigenvectors(scaled)
+        for i in range(size):
+            for j in range(size):
+                modes[i, j] = 0.0
+                for k in range(size):
+                    modes[i, j] += vectors[k, i] * root[k, j]
+    _in_modes(table, modes, squares, (mass, damping), (push, pull), gaps)
+    table[HEAD, PLAIN], table[HEAD, CARRIED] = 1.0 if plain else 0.0, 1.0 if carried else 0.0
+    _react(model, table)
 
 
 @compiled
@@ -93,54 +131,59 @@ def _add_tie(matrix, between, size):
 
 
 @compiled
-def _symmetric(matrix):
-    return 0.5 * (matrix + matrix.T)
-
-
-@compiled_apart
-def _in_modes(model, sticks, mass, squares, damping, push, pull, gaps, falls, shapes, plain):
+def _in_modes(table, modes, squares, matrices, forces, gaps):
     """The system in its modes, each of which the force pushes forwards."""
-    carried, size = follows_base(model), len(squares)
-    pushes = times(shapes.T, push)
+    size, (mass, damping) = len(squares), matrices
+    push, pull = forces
+    pushes, pulls, shapes = np.zeros(size), np.zeros(size), np.zeros((size, size))
     for i in range(size):
-        squares[i] = max(squares[i], 0.0)
-        if pushes[i] < 0.0:
-            shapes[:, i] = -shapes[:, i]
-            pushes[i] = -pushes[i]
-    drag = product(shapes.T, product(damping, shapes))
-    largest, sizes, coupled = 0.0, 0.0, False
+        for j in range(size):
+            pushes[i] += modes[i, j] * push[j]
+        sign = -1.0 if pushes[i] < 0.0 else 1.0
+        pushes[i], squares[i] = sign * pushes[i], max(squares[i], 0.0)
+        for j in range(size):
+            modes[i, j] *= sign
+            shapes[j, i] = modes[i, j]
+            pulls[i] += modes[i, j] * pull[j]
+    drag = congruent(modes, damping)
+    largest, sizes, fastest, coupled = 0.0, 0.0, 0.0, False
     for i in range(size):
-        largest = max(largest, abs(drag[i, i]))
+        largest, fastest = max(largest, abs(drag[i, i])), max(fastest, squares[i])
     for i in range(size):
         for j in range(size):
             if i != j and abs(drag[i, j]) <= _NO_COUPLING * largest:
                 drag[i, j] = 0.0
             coupled = coupled or (i != j and drag[i, j] != 0.0)
             sizes += drag[i, j] * drag[i, j]
-    weights, yields = product(gaps, shapes), np.zeros(len(gaps))
-    for k in range(len(gaps)):
-        yields[k] = dot(weights[k], weights[k])
-        if carried and gaps[k, size - 1] != 0.0:
-            yields[k] -= gaps[k, size - 1] * gaps[k, size - 1]
-        if not (is_tied(model, k) and not sticks[k]):
-            yields[k] += 1.0 / mass_in(model.masses, k).mass
-    own = np.zeros((3, len(gaps)))
-    own[STICKS], own[FALLS], own[YIELDS] = sticks, falls, yields
-    return JoinedSystem(
-        table_of(
-            squares,
-            pushes,
-            times(shapes.T, pull),
-            weights,
-            drag,
-            shapes,
-            product(shapes.T, mass),
-        ),
-        own,
-        len(gaps),
-        carried,
-        coupled,
-        plain,
-        math.sqrt(sizes) + math.sqrt(np.max(squares)),
-        math.sqrt(sizes + np.max(squares)),
-    )
+    blocks = (drag, shapes, product(modes, mass))
+    fill_table(table, squares, pushes, pulls, product(gaps, shapes), blocks)
+    table[HEAD, COUPLED] = 1.0 if coupled else 0.0
+    table[HEAD, SYSTEM_RATE] = math.sqrt(sizes) + math.sqrt(fastest)
+    table[HEAD, SYSTEM_COUPLING] = math.sqrt(sizes + fastest)
+
+
+@compiled
+def _react(model, table):
+    """What an impulse between a free mass and its box does to both."""
+    size, carried = int(table[HEAD, 0]), table[HEAD, CARRIED] != 0.0
+    # No impulse moves what follows the force alone.
+    moved, least = size - int(carried), math.inf
+    for i in range(moved):
+        least = min(least, table[STIFFNESS, i])
+    table[HEAD, LEAST] = least if carried else 0.0
+    for k in range(len(model.masses)):
+        share, drags, braked, bent = 0.0, 0.0, 0.0, 0.0
+        for i in range(moved):
+            weight, drag = table[WEIGHTS + k, i], 0.0
+            for j in range(moved):
+                drag += table[first_row(table, 0) + i, j] * table[WEIGHTS + k, j]
+            share += weight * weight
+            drags += weight * drag
+            braked += drag * drag
+            bent += weight * weight * table[STIFFNESS, i]
+        table[DRAGS, k], table[YIELDS, k] = drags, share
+        if not (is_tied(model, k) and table[STICKS, k] == 0.0):
+            table[YIELDS, k] += 1.0 / mass_in(model.masses, k).mass
+        if share > 0.0:
+            table[DASHPOTS, k] = math.sqrt(braked / share)
+            table[STIFFENS, k] = max(bent - least * share, 0.0)

@@ -7,7 +7,8 @@ import numpy as np
 
 from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.completion import completion
-from damper.engine.forcing import bound_of, force_rates, horizon
+from damper.engine.forcing import bound_of, horizon
+from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, NOTHING, RELEASE, STICKING, TAIL
 from damper.engine.tuples import changed
 from damper.models.several.contacts import negligible
@@ -15,31 +16,40 @@ from damper.models.structure.collapse import collapsing, may_collapse
 from damper.models.structure.constants import (
     CAUSE,
     COMPLETION,
+    COUPLED,
+    DAMPING,
+    DASHPOTS,
+    DRAGS,
     FALLS,
     GAP,
+    HEAD,
+    LEAST,
     MODE,
+    PUSH,
     RATE,
     SIDE,
+    STIFFENS,
+    STIFFNESS,
+    WEIGHTS,
     YIELDS,
     OnStructure,
     StructureSegment,
-    box_in,
-    drag_in,
+    first_row,
     law_of,
     mass_in,
-    push_in,
-    stiffness_in,
+    size_in,
+    size_of,
 )
-from damper.models.structure.contacts import impulses_of, is_kicked, settle
+from damper.models.structure.contacts import impulses_of, settle
 from damper.models.structure.courses import next_event
 from damper.models.structure.flow import (
     ModalStart,
     begin_after,
     compliance,
+    give,
     impulses_to_rest,
-    rates_in,
 )
-from damper.models.structure.linear import dot, times
+from damper.models.structure.steps import A, J
 
 #: Speed over a time that counts as none, beyond which a mass is not at rest.
 _SLOW = 1e6
@@ -66,9 +76,19 @@ def close(model: OnStructure, s: StructureSegment, start: ModalStart) -> bool:
     bodies, longest = s.bodies, negligible(model.tolerance)
     if may_collapse(bodies, longest):
         rests = collapsing(model, bodies)
-        if np.any(rests):
-            _rest(model, s, rests)
-            return True
+        for k in range(len(bodies)):
+            if rests[k]:
+                _rest(model, s, rests)
+                return True
+    any_may = False
+    for k in range(len(bodies)):
+        any_may = any_may or _may_end(bodies, start, k)
+    return any_may and _close_one(model, s, start)
+
+
+@compiled_apart
+def _close_one(model, s, start):
+    bodies, longest = s.bodies, negligible(model.tolerance)
     any_rests, rests = False, np.zeros(len(bodies), dtype=np.bool_)
     for k in range(len(bodies)):
         if not _may_end(bodies, start, k):
@@ -86,20 +106,30 @@ def close(model: OnStructure, s: StructureSegment, start: ModalStart) -> bool:
     return any_rests
 
 
-@compiled_apart
+@compiled
+def _bend(bodies, start, k):
+    """Second and third derivative of the gap of a mass."""
+    table, side = start.tables[start.slot], float(bodies[k, SIDE])
+    bent, jerk = side * float(table[FALLS, k]), 0.0
+    for i in range(size_in(table)):
+        weight = side * float(table[WEIGHTS + k, i])
+        bent += weight * start.modes[A, i]
+        jerk += weight * start.modes[J, i]
+    return bent, jerk
+
+
+@compiled
 def _is_braked(model, bodies, start, k):
     """Whether a mass that bounces in no time loses its speed to one that is less elastic."""
-    b, longest = bodies[k], negligible(model.tolerance)
-    bent = dot(box_in(start.system, k), start.modes[2]) + start.system.own[FALLS, k]
-    if 2.0 * b[RATE] > longest * -b[SIDE] * bent:
+    longest, own, found = negligible(model.tolerance), give(model, bodies, k, k), False
+    if 2.0 * bodies[k, RATE] > longest * -_bend(bodies, start, k)[0]:
         return False
-    matrix = compliance(model, bodies)
-    found = False
     for j in range(len(bodies)):
         c = bodies[j]
         near = c[MODE] == FLIGHT and c[GAP] <= longest and abs(c[RATE]) <= _SLOW * longest
         loses = law_of(mass_in(model.masses, j), float(c[SIDE])).restitution < 1.0
-        bound = abs(matrix[j, k]) > _NO_COUPLING * math.sqrt(matrix[j, j] * matrix[k, k])
+        size = math.sqrt(give(model, bodies, j, j) * own)
+        bound = abs(give(model, bodies, j, k)) > _NO_COUPLING * size
         found = found or bool(j != k and near and loses and bound)
     return found
 
@@ -110,21 +140,19 @@ def _may_end(bodies, start, k):
 
     The change of its acceleration in the time of all bounces is less than that acceleration.
     """
-    b, system = bodies[k], start.system
+    b = bodies[k]
     if b[MODE] != FLIGHT or b[GAP] != 0.0 or b[CAUSE] == NOTHING or not b[RATE] > 0.0:
         return False
-    bent, jerk = b[SIDE] * system.own[FALLS, k], 0.0
-    for i in range(start.modes.shape[1]):
-        weight = b[SIDE] * system.table[3 + k, i]
-        bent += weight * start.modes[2, i]
-        jerk += weight * start.modes[3, i]
+    bent, jerk = _bend(bodies, start, k)
     return bool(bent < 0.0 and abs(jerk) * b[RATE] < bent * bent)
 
 
 @compiled_apart
 def _rest(model, s, rests):
     """Let masses come to rest on their walls, in place; those that were kicked off are back."""
-    joined = rests | (s.bodies[:, MODE] == STICKING)
+    joined = rests.copy()
+    for k in range(len(rests)):
+        joined[k] = rests[k] or s.bodies[k, MODE] == STICKING
     settle(model, s, impulses_to_rest(model, s.bodies, joined))
     for k in range(len(s.bodies)):
         b = s.bodies[k]
@@ -149,7 +177,9 @@ def _in_step(model, bodies, k, j):
     placed = one.tie_stiffness == 0.0 or one.clearance == other.clearance
     side = float(b[SIDE])
     alike = pulled and tied and placed and law_of(one, side) == law_of(other, side)
-    return alike and bool(np.all(box_in(model, k) == box_in(model, j)))
+    for i in range(size_of(model)):
+        alike = alike and model.table[WEIGHTS + k, i] == model.table[WEIGHTS + j, i]
+    return alike
 
 
 @compiled_apart
@@ -160,39 +190,28 @@ def _yield_of(model, s, start, k):
     for j in range(len(s.bodies)):
         if j == k or _in_step(model, s.bodies, k, j):
             total += mass_in(model.masses, j).mass
-    return float(start.system.own[YIELDS, k]) - own + 1.0 / total
+    return float(start.tables[start.slot, YIELDS, k]) - own + 1.0 / total
 
 
 @compiled_apart
 def _chatter_of(model, s, start, k):
     """Rest of the chatter sequence of a mass, and of those in step with it."""
-    b, m, system = s.bodies[k], mass_in(model.masses, k), start.system
-    side, law = float(b[SIDE]), law_of(m, float(b[SIDE]))
-    rates = rates_in(
-        system, force_rates(model.forcing, start.phase), start.modes[0], start.modes[1]
-    )
-    weights = side * box_in(system, k)
-    bent = dot(weights, rates[2]) + side * float(system.own[FALLS, k])
-    jerk = dot(weights, rates[3])
-    own = weights.copy()
-    if system.carried:
-        own[-1] = 0.0  # no impulse moves what follows the force alone
-    share = dot(own, own)
-    drags = times(drag_in(system), own)
-    shared = _yield_of(model, s, start, k)
-    dashpots, stiff = 0.0, 0.0
-    if share > 0.0:
-        dashpots = math.sqrt(dot(drags, drags) / share)
-        least = np.min(stiffness_in(system)[: len(own) - int(system.carried)])
-        # Each impact moves the fast modes more than the slowest one does.
-        stiff = max(dot(stiffness_in(system) * own, own) - least * share, 0.0) / shared
-        stiff += least if system.carried else 0.0
-    sizes = push_in(system) * bound_of(model.forcing, 2) + stiffness_in(system) * np.abs(rates[2])
-    sizes += times(np.abs(drag_in(system)), np.abs(rates[3]))
-    snap = dot(np.abs(weights), sizes) + abs(bent) * stiff
-    left, error = completion(
-        law, 0.5 * dot(drags, own) / shared, dashpots, snap, -bent, jerk, float(b[RATE])
-    )
+    b, m, table = s.bodies[k], mass_in(model.masses, k), start.tables[start.slot]
+    law, size, drag = law_of(m, float(b[SIDE])), size_in(table), first_row(table, 0)
+    bent, jerk = _bend(s.bodies, start, k)
+    shared, snap, bound = _yield_of(model, s, start, k), 0.0, bound_of(model.forcing, 2)
+    for i in range(size):
+        terms = table[PUSH, i] * bound + table[STIFFNESS, i] * abs(start.modes[A, i])
+        if table[HEAD, COUPLED] != 0.0:
+            for j in range(size):
+                terms += abs(table[drag + i, j] * start.modes[J, j])
+        else:
+            terms += 2.0 * table[DAMPING, i] * abs(start.modes[J, i])
+        snap += abs(table[WEIGHTS + k, i]) * terms
+    # Each impact moves the fast modes more than the slowest one does.
+    snap += abs(bent) * (float(table[STIFFENS, k]) / shared + float(table[HEAD, LEAST]))
+    damping, dashpots = 0.5 * float(table[DRAGS, k]) / shared, float(table[DASHPOTS, k])
+    left, error = completion(law, damping, dashpots, snap, -bent, jerk, float(b[RATE]))
     # The next bounce must turn before the other wall; a constant force lets it rise this high.
     rise = 0.25 * float(b[RATE]) * left * (1.0 - law.restitution)
     known = error <= model.tolerance and rise <= m.clearance
@@ -223,14 +242,13 @@ def _is_undisturbed(model, s, start, k, chatter):
     for j in range(len(bodies)):
         if j == k or _in_step(model, bodies, k, j):
             joined[j, MODE], joined[j, COMPLETION] = TAIL, left
-    together = begin_after(model, _with_bodies(s, joined), start.system)
-    matrix = compliance(model, bodies)
+    together = begin_after(model, _with_bodies(s, joined), start)
     for j in range(len(bodies)):
         b = bodies[j]
         if joined[j, MODE] == TAIL:
             continue
         # Bounces carry the box this far, at most; twice that to be sure.
-        margin = 2.0 * abs(matrix[j, k] / matrix[k, k]) * chatter.rise
+        margin = 2.0 * abs(give(model, bodies, j, k) / give(model, bodies, k, k)) * chatter.rise
         flies = b[MODE] == FLIGHT
         width = 2.0 * mass_in(model.masses, j).clearance
         if flies and not margin < b[GAP] < width - margin:
@@ -246,13 +264,19 @@ def _is_undisturbed(model, s, start, k, chatter):
 @compiled_apart
 def _kicks(model, bodies, k):
     """Whether the impacts of a mass kick another one off the wall that it sticks to."""
-    touches, least = bodies[:, MODE] == STICKING, np.zeros(len(bodies))
-    for j in range(len(bodies)):
-        if j == k or _in_step(model, bodies, k, j):
-            touches[j], least[j] = True, 1.0
+    count = len(bodies)
+    touches, least = np.zeros(count, dtype=np.bool_), np.zeros(count)
+    for j in range(count):
+        least[j] = 1.0 if j == k or _in_step(model, bodies, k, j) else 0.0
+        touches[j] = least[j] > 0.0 or bodies[j, MODE] == STICKING
     matrix = compliance(model, bodies)
     impulses = impulses_of(matrix, least, touches)
-    for j in range(len(bodies)):
-        if bodies[j, MODE] == STICKING and is_kicked(matrix, impulses, j):
-            return True
+    for j in range(count):
+        if bodies[j, MODE] == STICKING and impulses[j] == 0.0:
+            gained, size = 0.0, 0.0
+            for i in range(count):
+                gained += matrix[j, i] * impulses[i]
+                size += abs(matrix[j, i] * impulses[i])
+            if gained > ROUNDOFF * size:
+                return True
     return False
