@@ -83,6 +83,12 @@ def longer_step(moving: Any, point: EventPoint) -> float:
 
 
 @by_class_or_default
+def shorter_step(moving: Any, point: EventPoint, width: float, step: float) -> float:
+    """A shorter step, where the bound is too large to prove this one; else this one."""
+    return step
+
+
+@by_class_or_default
 def proves_inside(moving: Any, start: EventPoint, end: EventPoint, width: float) -> bool:
     """Whether something else than the bound proves that a step stays inside."""
     return False
@@ -125,7 +131,7 @@ def first_root(
         aimed = True
         step = hint
     else:
-        step, facing, aimed = _aim(p, rate, width, longest)
+        step, facing, aimed = _aim(moving, p, rate, width, longest)
     for steps in range(1, MAX_STEPS):
         end = p.tau + step
         if end == p.tau:
@@ -164,7 +170,7 @@ def first_root(
                     continue
         if p.tau >= limit:
             return Root(p, 0.0, 0.0, steps)
-        step, facing, aimed = _aim(p, rate, width, longest)
+        step, facing, aimed = _aim(moving, p, rate, width, longest)
         far = longer_step(moving, p)
         if far > step:
             step = far
@@ -223,7 +229,7 @@ def _leave(p, coupling, longest):
 
 
 @compiled
-def _aim(p, rate, width, longest):
+def _aim(moving, p, rate, width, longest):
     """Step towards the next root as the Taylor polynomial has it, its side, whether in reach."""
     lower = parabola_root(p.value, p.slope, p.second)
     upper = math.inf
@@ -241,7 +247,8 @@ def _aim(p, rate, width, longest):
         facing * p.fourth,
         facing * p.fifth,
     )
-    return step, facing, step < longest
+    shorter = shorter_step(moving, p, width, step)
+    return shorter, facing, shorter == step < longest
 
 
 @compiled

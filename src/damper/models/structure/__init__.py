@@ -10,9 +10,11 @@ import numpy as np
 from damper.engine import model as declared
 from damper.engine.compiled import compiled_apart
 from damper.engine.forcing import horizon
+from damper.engine.lending import lent
 from damper.engine.model import Step
 from damper.engine.search import GAVE_UP, HORIZON, point_at
 from damper.engine.segment import FLIGHT, NOTHING, RELEASE, STICK, STICKING, TAIL
+from damper.engine.tuples import changed
 from damper.models.structure.constants import (
     ARRIVES,
     BEFORE,
@@ -35,12 +37,15 @@ from damper.models.structure.constants import (
 )
 from damper.models.structure.contacts import decide_contacts, hit
 from damper.models.structure.courses import LIFTS, course_of, next_event
-from damper.models.structure.flow import begin, begin_after
+from damper.models.structure.flow import ModalStart, begin, begin_after
 from damper.models.structure.log import report_first, segment_of_all
 from damper.models.structure.motion import all_after
 from damper.models.structure.prepare import prepare as prepare
 from damper.models.structure.tails import close
 from damper.models.walls import slack
+
+_with_start = changed(Step, "start")
+_with_systems = changed(ModalStart, "tables", "steps")
 
 
 @declared.initial_segment.of(OnStructure)
@@ -85,33 +90,35 @@ def _speeds_in_tail(model, segment):
 
 @declared.following.of(OnStructure)
 def _following(model, segment, start):
-    s = segment
+    # Whoever calls keeps these, so that nothing below counts references to them.
+    m, s, begun = lent(model), lent(segment), lent(start)
     tail = -1
     for k in range(len(s.bodies)):
         if s.bodies[k, CAUSE] != NOTHING:
-            again = segment_of_all(s.periods, s.time, s.modes, s.bodies.copy())
-            return Step(0.0, True, False, 1, report_first(model, again, 0.0), start)
+            again = segment_of_all(s.periods, s.time, segment.modes, s.bodies.copy())
+            return Step(0.0, True, False, 1, report_first(m, again, 0.0), start)
         if s.bodies[k, MODE] == TAIL:
             tail = k
-    if tail >= 0:
-        return _complete(model, s, start, float(s.bodies[tail, COMPLETION]))
-    return _fly(model, s, start)
+    step = _complete(m, s, begun, tail) if tail >= 0 else _fly(m, s, begun)
+    return _with_start(step, _with_systems(step.start, start.tables, start.steps))
 
 
 @compiled_apart
-def _complete(model, s, start, tau):
+def _complete(model, s, start, tail):
     """The end of a tail: its masses stick."""
+    tau = float(s.bodies[tail, COMPLETION])
     here = all_after(model, s, start, tau, -1, 0.0)
-    for k in range(len(here.bodies)):
-        b = here.bodies[k]
-        if b[MODE] == TAIL:
-            b[MODE], b[CAUSE] = STICKING, NOTHING
-            b[GAP], b[RATE], b[FIRST], b[COMPLETION] = 0.0, 0.0, 0.0, 0.0
-    decide_contacts(model, here, TAIL)
-    for k in range(len(here.bodies)):
-        if s.bodies[k, MODE] == TAIL and here.bodies[k, MODE] == STICKING:
-            here.bodies[k, CAUSE] = STICK
-    begun = begin_after(model, here, start)
+    now = lent(here)
+    for k in range(len(now.bodies)):
+        if now.bodies[k, MODE] == TAIL:
+            now.bodies[k, MODE], now.bodies[k, CAUSE] = STICKING, NOTHING
+            for column in (GAP, RATE, FIRST, COMPLETION):
+                now.bodies[k, column] = 0.0
+    decide_contacts(model, now, TAIL)
+    for k in range(len(now.bodies)):
+        if s.bodies[k, MODE] == TAIL and now.bodies[k, MODE] == STICKING:
+            now.bodies[k, CAUSE] = STICK
+    begun = begin_after(model, now, start)
     return Step(tau, True, False, 1, report_first(model, here, 0.0), begun)
 
 
@@ -132,17 +139,19 @@ def _fly(model, s, start):
     flies = first >= 0 and s.bodies[first, MODE] == FLIGHT
     wall = side * float(s.bodies[first, SIDE]) if flies else 0.0
     here, hits = all_after(model, s, start, last, first if flies else -1, wall), False
+    now, loss = lent(here), 0.0
     for k in range(count):
-        hits = hits or here.bodies[k, ARRIVES] != 0.0
-    # A release at the instant of an impact: the impact and the forces after it decide.
-    if first >= 0 and not hits:
-        _release(model, here, start, last, first)
-    loss = hit(model, here) if hits else 0.0
+        hits = hits or now.bodies[k, ARRIVES] != 0.0
+    if hits:
+        loss = hit(model, now)
+    elif first >= 0:
+        # At the instant of an impact that and the forces after it decide.
+        _release(model, now, start, last, first)
     if hits or first < 0:
-        decide_contacts(model, here, TAIL)
-    begun = begin_after(model, here, start)
-    if hits and close(model, here, begun):
-        begun = begin_after(model, here, begun)
+        decide_contacts(model, now, TAIL)
+    begun = begin_after(model, now, start)
+    if hits and close(model, now, lent(begun)):
+        begun = begin_after(model, now, start)
     new = report_first(model, here, loss)
     return Step(last, new.cause != NOTHING, gave_up, steps, new, begun)
 

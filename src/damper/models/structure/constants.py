@@ -62,10 +62,12 @@ HEAD, STICKS, FALLS, YIELDS, DRAGS, DASHPOTS, STIFFENS = range(7)
 STIFFNESS, PUSH, PULL = 7, 8, 9
 #: The oscillator that a mode is where damping does not couple it: seven fields of `Oscillator`.
 DAMPING, REGIME, SPLIT, SLOW, FAST, FASTEST, COUPLING = range(10, 17)
+#: Its gain, where the force is one harmonic.
+GAIN_RE, GAIN_IM = 17, 18
 #: Then displacements of each box less those of its free mass; then three blocks with a row for each
 #: mode: damping; coordinates, a column for each mode, first those of the structure alone; modes, a
 #: column for each coordinate.
-WEIGHTS = 17
+WEIGHTS = 19
 #: Columns of the first row: how many modes and free masses; whether the last mode is that of the
 #: force alone, damping couples the modes, the modes are the coordinates; a bound on the rate of
 #: free motion; of a derivative to the two below it; the least stiffness where the last mode is that

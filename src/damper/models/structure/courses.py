@@ -13,7 +13,14 @@ from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.forcing import bound_of, force_rates, rate_of, turn_over, turned
 from damper.engine.oscillator import higher_derivatives, motion_from, moved
-from damper.engine.search import ROUNDOFF, EventPoint, first_root, point_at, rates_of
+from damper.engine.search import (
+    ROUNDOFF,
+    EventPoint,
+    first_root,
+    point_at,
+    rates_of,
+    shorter_step,
+)
 from damper.engine.tuples import changed
 from damper.models.several.tails import is_balanced
 from damper.models.structure.constants import (
@@ -51,6 +58,10 @@ from damper.models.structure.steps import (
 #: In place of a completion: the mass has left its wall without a jump of the force just now, so its
 #: gap has no second derivative, exactly.
 LIFTS = -1.0
+
+
+#: Factor of a step that cannot be proved, and how often it is applied at most.
+_CUT, _MOST_CUTS = 0.75, 40
 
 
 class GapOrForce(NamedTuple):
@@ -223,6 +234,19 @@ def _rates_of(course):
     tables, slot, forcing_rate = course.start.tables, course.start.slot, rate_of(course.forcing)
     rate = max(forcing_rate, float(tables[slot, HEAD, SYSTEM_RATE]))
     return forcing_rate, rate, float(tables[slot, HEAD, SYSTEM_COUPLING])
+
+
+@shorter_step.of(GapOrForce)
+def _shorter_step(course, point, width, step):
+    # The interpolation's error must be less than the distance in the middle: a parabola's here.
+    near, bend = 2.0 * min(abs(point.value), abs(width - point.value)), abs(point.second) / 6.0
+    for _ in range(_MOST_CUTS):
+        square = step * step
+        error = (point.bound4 + point.growth * step) * square * square
+        if error <= 72.0 * (near + abs(point.slope) * step + bend * square):
+            break
+        step *= _CUT
+    return step
 
 
 @compiled

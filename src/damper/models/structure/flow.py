@@ -11,8 +11,9 @@ import numpy as np
 
 from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.dispatch import by_class_or_default
-from damper.engine.forcing import force_rates, gain_of, phase_at, turn_over
+from damper.engine.forcing import force_rates, phase_at, turn_over
 from damper.engine.forcing.weighed import WeighedForce
+from damper.engine.lending import lent
 from damper.engine.oscillator import Motion, Oscillator, arrive, motion_from, moved
 from damper.engine.search import HORIZON
 from damper.engine.segment import STICKING, TAIL
@@ -61,7 +62,7 @@ from damper.models.structure.steps import (
     next_rate,
     room_for_steps,
 )
-from damper.models.structure.system import is_tied, make_system, shape_of_tables
+from damper.models.structure.system import is_tied, kept_gain, make_system, shape_of_tables
 
 #: Most systems that a run keeps; of more, the oldest makes room.
 _MOST_KEPT = 8
@@ -122,7 +123,8 @@ def begin_after(model: OnStructure, s: StructureSegment, before: ModalStart) -> 
     slot = before.slot
     if not _is_of(before.tables[slot], bodies):
         slot = _slot_for(model, bodies, before)
-    table, modes = before.tables[slot], np.empty(before.modes.shape)
+    table, owned = lent(before.tables[slot]), np.empty(before.modes.shape)
+    modes = lent(owned)
     if table[HEAD, PLAIN] != 0.0:
         for i in range(size_in(table)):
             modes[X, i], modes[V, i] = s.modes[DISPLACEMENT, i], s.modes[VELOCITY, i]
@@ -141,7 +143,7 @@ def begin_after(model: OnStructure, s: StructureSegment, before: ModalStart) -> 
             osc = mode_of(model.forcing, table, i)
             motion = motion_from(osc, float(modes[X, i]), float(modes[V, i]), phase)
             modes[A, i], modes[J, i] = motion.a, motion.j
-    return ModalStart(modes, slot, before.tables, before.steps, phase)
+    return ModalStart(owned, slot, before.tables, before.steps, phase)
 
 
 @compiled
@@ -262,40 +264,29 @@ def impulses_to_rest(model: OnStructure, bodies: np.ndarray, rests: np.ndarray) 
 @by_class_or_default
 def mode_of(forcing: Any, table: np.ndarray, i: int) -> Oscillator:
     """The oscillator that an uncoupled mode is."""
-    damping, stiffness = float(table[DAMPING, i]), float(table[STIFFNESS, i])
-    split = float(table[SPLIT, i])
+    return _oscillator_in(forcing, table, i, float(table[PUSH, i]))
+
+
+@mode_of.of(WeighedForce)
+def _weighed_mode_of(forcing, table, i):
+    own = WeighedForce(forcing.forcing, float(table[PUSH, i]), float(table[PULL, i]))
+    return _oscillator_in(own, table, i, 1.0)
+
+
+@compiled
+def _oscillator_in(forcing, table, i, strength):
     return Oscillator(
-        damping,
-        stiffness,
-        float(table[PUSH, i]),
+        float(table[DAMPING, i]),
+        float(table[STIFFNESS, i]),
+        strength,
         float(table[REGIME, i]),
-        split,
+        float(table[SPLIT, i]),
         float(table[SLOW, i]),
         float(table[FAST, i]),
         float(table[FASTEST, i]),
         float(table[COUPLING, i]),
         forcing,
-        gain_of(forcing, damping, stiffness, split),
-    )
-
-
-@mode_of.of(WeighedForce)
-def _weighed_mode_of(forcing, table, i):
-    damping, stiffness = float(table[DAMPING, i]), float(table[STIFFNESS, i])
-    split = float(table[SPLIT, i])
-    weighed = WeighedForce(forcing.forcing, float(table[PUSH, i]), float(table[PULL, i]))
-    return Oscillator(
-        damping,
-        stiffness,
-        1.0,
-        float(table[REGIME, i]),
-        split,
-        float(table[SLOW, i]),
-        float(table[FAST, i]),
-        float(table[FASTEST, i]),
-        float(table[COUPLING, i]),
-        weighed,
-        gain_of(weighed, damping, stiffness, split),
+        kept_gain(forcing, table, i),
     )
 
 

@@ -5,6 +5,7 @@ import numpy as np
 from damper.engine import model as declared
 from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.completion import bounce_at
+from damper.engine.lending import lent
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, TAIL, clock_after
 from damper.models.structure.constants import (
@@ -54,7 +55,8 @@ def all_after(
     The mass `first` arrives at a wall then, or none if that is -1; others may be at walls with it.
     """
     modes_after(model, start, tau)
-    bodies = s.bodies.copy()
+    owned = s.bodies.copy()
+    bodies = lent(owned)
     # How far the first one is off its wall is roundoff, which the others have as well.
     off = 0.0
     if first >= 0:
@@ -76,7 +78,7 @@ def all_after(
             b[ARRIVES] = -b[SIDE]
         b[GAP], b[RATE], b[COMPLETION] = min(max(gap, 0.0), width), rate, 0.0
     periods, time = clock_after(model.cycle, s.periods, s.time, tau)
-    return segment_of_all(periods, time, _structure_after(model, start, tau), bodies)
+    return segment_of_all(periods, time, _structure_after(model, start, tau), owned)
 
 
 @compiled

@@ -1,21 +1,31 @@
 """The structure with the masses that stick to it as one linear system, by its modes."""
 
 import math
+from typing import Any
 
 import numpy as np
 
 from damper.engine.compiled import compiled, compiled_apart
+from damper.engine.dispatch import by_class_or_default
+from damper.engine.forcing import gain_of
+from damper.engine.forcing.harmonic import Gain, HarmonicForce
+from damper.engine.forcing.weighed import WeighedForce
 from damper.models.structure.constants import (
     CARRIED,
     COUPLED,
+    DAMPING,
     DASHPOTS,
     DRAGS,
     FALLS,
+    GAIN_IM,
+    GAIN_RE,
     HEAD,
     HEAD_WIDTH,
     LEAST,
     PLAIN,
     PUSH,
+    SIZE,
+    SPLIT,
     STICKS,
     STIFFENS,
     STIFFNESS,
@@ -120,6 +130,44 @@ def make_system(model: OnStructure, sticks: np.ndarray, table: np.ndarray) -> No
     _in_modes(table, modes, squares, (mass, damping), (push, pull), gaps)
     table[HEAD, PLAIN], table[HEAD, CARRIED] = 1.0 if plain else 0.0, 1.0 if carried else 0.0
     _react(model, table)
+    keep_gains(model.forcing, table)
+
+
+@by_class_or_default
+def keep_gains(forcing: Any, table: np.ndarray) -> None:
+    """Write what `kept_gain` reads, where it reads anything."""
+
+
+@by_class_or_default
+def kept_gain(forcing: Any, table: np.ndarray, i: int) -> Any:
+    """What the force does to a mode: `damper.engine.forcing.gain_of`."""
+    return gain_of(
+        forcing, float(table[DAMPING, i]), float(table[STIFFNESS, i]), float(table[SPLIT, i])
+    )
+
+
+@keep_gains.of(HarmonicForce)
+def _keep_gains(forcing, table):
+    for i in range(int(table[HEAD, SIZE])):
+        gain = gain_of(
+            forcing, float(table[DAMPING, i]), float(table[STIFFNESS, i]), float(table[SPLIT, i])
+        )
+        table[GAIN_RE, i], table[GAIN_IM, i] = gain.re, gain.im
+
+
+@kept_gain.of(HarmonicForce)
+def _kept_gain(forcing, table, i):
+    return Gain(float(table[GAIN_RE, i]), float(table[GAIN_IM, i]))
+
+
+@keep_gains.of(WeighedForce)
+def _keep_weighed_gains(forcing, table):
+    keep_gains(forcing.forcing, table)
+
+
+@kept_gain.of(WeighedForce)
+def _kept_weighed_gain(forcing, table, i):
+    return kept_gain(forcing.forcing, table, i)
 
 
 @compiled
@@ -165,7 +213,7 @@ def _in_modes(table, modes, squares, matrices, forces, gaps):
 @compiled
 def _react(model, table):
     """What an impulse between a free mass and its box does to both."""
-    size, carried = int(table[HEAD, 0]), table[HEAD, CARRIED] != 0.0
+    size, carried = int(table[HEAD, SIZE]), table[HEAD, CARRIED] != 0.0
     # No impulse moves what follows the force alone.
     moved, least = size - int(carried), math.inf
     for i in range(moved):
