@@ -85,6 +85,51 @@ def main() -> None:
 
     times_of_forces(given.runs, given.periods)
     times_of_equal_masses(given.runs, given.periods)
+    times_on_structures(given.runs, given.periods)
+
+
+def times_on_structures(runs: int, periods: int) -> None:
+    """Print the time per event of one free mass on structures, over that of the generic scene."""
+    scene = SCENES["generic"]
+    print("\ngeneric, at the top of a building or at the tip of a cantilever; times in us/event")
+    one = engine_time(scene, runs, periods)[0]
+    for name, modes in (("building", building), ("cantilever", cantilever)):
+        for count in (1, 3, 10):
+            frequencies, shapes = modes(count)
+            p = damper.SIParameters(
+                structure=damper.Structure.from_modes(
+                    frequencies / (2.0 * np.pi), scene.damping_ratio, {"a": shapes, "force": shapes}
+                ),
+                force_amplitude=1.0,
+                forcing_frequency=scene.frequency_ratio,
+                masses=[
+                    {
+                        "free_mass": scene.mass_ratio,
+                        "gap": 2.0 * scene.clearance,
+                        "restitution": scene.restitution,
+                    }
+                ],
+            ).dimensionless
+            engine_time(p, 1, 2)  # compile
+            spent, evaluations = engine_time(p, max(1, runs // 20), periods)
+            ratio = f"x {spent / one:.1f}   {evaluations:.2f} evaluations per event"
+            print(f"  {name:10} {count:2} modes {spent:8.3f}   {ratio}")
+
+
+def building(storeys: int) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies over the first one of equal storeys, and modes at the top; modal masses of 1."""
+    angle = (2.0 * np.arange(1, storeys + 1) - 1.0) * np.pi / (2 * storeys + 1)
+    shapes = np.sin(np.outer(angle, np.arange(1, storeys + 1)))
+    top = shapes[:, -1] / np.linalg.norm(shapes, axis=1)
+    frequencies = np.sin(0.5 * angle)
+    return frequencies / frequencies[0], np.abs(top / top[0])
+
+
+def cantilever(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies over the first one of a uniform beam, and modes at its tip."""
+    waves = (np.arange(1, count + 1) - 0.5) * np.pi
+    waves[:3] = np.array([1.8751040687, 4.6940911330, 7.8547574382])[:count]
+    return (waves / waves[0]) ** 2, np.ones(count)
 
 
 def times_of_forces(runs: int, periods: int) -> None:
@@ -131,10 +176,13 @@ def engine_time(
 ) -> tuple[float, float]:
     """Microseconds and evaluations per impact over many runs of slightly different clearance."""
     buffer = np.empty((LOG_ROWS, COLUMNS))
-    trajectories = [
-        start_run(replace(p, clearance=p.clearance * factor))
-        for factor in np.linspace(0.98, 1.02, runs)
-    ]
+    trajectories = []
+    for factor in np.linspace(0.98, 1.02, runs):
+        if p.model == "structure":
+            each = tuple(replace(one, clearance=one.clearance * factor) for one in p.each)
+            trajectories.append(start_run(replace(p, each=each)))
+        else:
+            trajectories.append(start_run(replace(p, clearance=p.clearance * factor)))
     started = time.perf_counter()
     for trajectory in trajectories:
         if keep:

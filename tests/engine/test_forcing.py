@@ -21,6 +21,7 @@ from damper.engine.forcing import (
     phase_at,
     rate_of,
     repeats,
+    tones_of,
     turn_over,
     turned,
 )
@@ -163,3 +164,15 @@ def test_a_sample_that_roundoff_just_misses_is_reached() -> None:
         seen += 1
         assert phase_at(force, cycles, rest).value == seen - 1
     assert seen == 400
+
+
+@pytest.mark.parametrize("name", FORCES)
+def test_tones_add_up_to_the_force(name: str) -> None:
+    force = FORCES[name]
+    phase = phase_at(force, *divmod(TIMES.get(name, 3.1), CYCLE))
+    for order in range(6):
+        own = [
+            (-c) ** (order // 2) * (odd if order % 2 else even)
+            for c, even, odd in tones_of(force, phase)
+        ]
+        assert sum(own) == pytest.approx(derivative_of(force, phase, order), rel=1e-12, abs=1e-12)
