@@ -10,8 +10,9 @@ from click.testing import CliRunner
 from scipy.io import savemat, wavfile
 
 import damper
+from damper.identification.answer import _warnings
 from damper.identification.fit import Fitter
-from damper.identification.problem import RecordedDamper
+from damper.identification.problem import RecordedDamper, _heard
 from damper.shell import main
 from damper.sizing.answer import cube_of
 from damper.sweep.points import one_run
@@ -102,8 +103,8 @@ def test_measured_tennis_ball():
 
 
 def test_decay_page_and_study(tmp_path):
-    times, values, _ = decay()
-    noise = 2e-5 * np.random.default_rng(1).standard_normal(len(times))
+    times, values, _ = decay(0.5, 201)
+    noise = 2e-5 * np.random.default_rng(2).standard_normal(len(times))
     path = tmp_path / "decay.csv"
     table = {"time (ms)": 1e3 * times, "displacement (mm)": 1e3 * (values + noise + 3e-4)}
     pd.DataFrame(table).to_csv(path, index=False)
@@ -123,7 +124,7 @@ def test_decay_page_and_study(tmp_path):
     study = yaml.safe_load((tmp_path / "page" / "studies" / "record_0.yaml").read_text())
     cube = cube_of(study)
     times = cube.trajectory_time.values
-    there = (times < 0.7) & np.isnan(cube.trajectory_event.values)
+    there = (times < 0.5) & np.isnan(cube.trajectory_event.values)
     moved = np.interp(times[there], *decay()[:2])
     assert abs(cube.trajectory_displacement.values[there] - moved).max() < 5e-5
 
@@ -140,6 +141,28 @@ def test_what_the_data_cannot_tell_is_named():
     assert value < 1e-6
     assert which == [0, 1, 2]
     assert np.isinf(np.diag(fit.covariance)).all()
+
+
+def test_a_residual_larger_than_the_noise_is_said():
+    times, values, _ = decay()
+    noise = 2e-5 * np.random.default_rng(2).standard_normal(len(times))
+    record = damper.Recording(times, values + noise, offset=False)
+    assert record.expected == pytest.approx(2e-5, rel=0.2)
+    for gap, there in ((0.01, False), (0.0105, True)):
+        fitter = Fitter(problem(record, ["restitution"], FRAME | {"gap": gap}))
+        fit = fitter.fit(np.array([0.6]), 1.0, 10)
+        said = " ".join(_warnings(fitter, fit, *fitter.reach(fit, 2.0)))
+        assert ("times what the record's noise explains" in said) is there
+        assert ("no white noise" in said) is there
+
+
+def test_impacts_that_a_recorder_may_miss():
+    # A burst after the third one, of which the record has some.
+    computed = np.array([1.0, 2.0, 3.0, 3.2, 3.28, 3.3, 3.31, 4.0])
+    assert _heard(np.array([1.01, 1.99, 3.0, 3.21, 4.02]), computed, 0.3) == [0, 1, 2, 3, 7]
+    assert _heard(np.array([1.01, 1.99, 3.0, 3.29, 4.02]), computed, 0.3) == [0, 1, 2, 5, 7]
+    # All others are there.
+    assert _heard(np.array([1.01, 3.01, 4.02]), computed, 0.3) == [0, 1, 2]
 
 
 def test_a_record_without_the_ball():

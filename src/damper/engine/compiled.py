@@ -21,7 +21,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import cache, update_wrapper, wraps
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -443,6 +443,17 @@ def compile_at_once() -> None:
     """Let this process compile what it calls without running it plain first."""
     global _at_once
     _at_once = True
+
+
+@contextmanager
+def compiling() -> Iterator[None]:
+    """Compile within it what is called, without running it plain first: it will run often."""
+    global _at_once
+    before, _at_once = _at_once, True
+    try:
+        yield
+    finally:
+        _at_once = before
 
 
 def plain(function: Callable[P, Result]) -> Callable[P, Result]:

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from damper.engine.compiled import plain
 from damper.identification.fit import Fit, Fitter
 from damper.identification.problem import OF_RECORD, RecordedDamper
 from damper.identification.recordings import KINDS, Recording, read_recording
@@ -22,13 +21,15 @@ from damper.parameters.forcing import forcing_of
 from damper.parameters.lazy import pd
 from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
 from damper.parameters.quantities import INITIAL_NAMES
+from damper.parameters.tables import WALL_TABLES
 from damper.sizing.words import text_of
 from damper.study.yaml_file import read_yaml
 
 #: Part of all dampers that an interval is to hold.
 _CONFIDENCE = 0.95
-#: Autocorrelation of a residual, in standard errors, from which on it is no white noise.
-_WHITE = 4.0
+#: Chance of the correlations in a residual below which it is no white noise, and rms over what is
+#: expected, with a part over the root of the number of data, from which on a card says so.
+_CHANCE, _TOO_MUCH = 1e-4, (1.3, 3.0)
 #: Half of an interval over the value from which on it counts which unknowns the data tell apart,
 #: and from which on the data do not determine the value.
 _LOOSE, _VAGUE = 0.1, 0.5
@@ -116,7 +117,6 @@ class Identification:
         write(self, Path(path_of(folder, "folder", "folder")))
 
 
-@plain
 def identify(
     records: Any,
     free: Sequence[str],
@@ -214,7 +214,9 @@ def _read(machine: Any, known: Mapping[str, Any]) -> tuple[dict[str, Any], dict[
         machine = dict(read_yaml(Path(machine)).data)
         for one in machine.get("records", ()):
             one["file"] = str(folder / one["file"])
-        about["file"] = str(folder)
+        for name in WALL_TABLES:
+            if isinstance(machine.get(name), str):
+                machine[name] = folder / machine[name]
     elif isinstance(machine, Parameters | SIParameters):
         machine = machine.given
     elif not isinstance(machine, Mapping | None):
@@ -356,12 +358,17 @@ def _warnings(fitter: Fitter, fit: Fit, low: np.ndarray, high: np.ndarray) -> It
             yield f"{unknown.label} = {value:.4g} is at the end of its range."
     if not fit.converged:
         yield "The fit has not converged: its intervals are no more than a hint."
-    if fit.autocorrelation() > _WHITE:
+    for label, times in fit.excess(_TOO_MUCH).items():
+        yield (
+            f"{label}: the residual is {times:.2g} times what the record's noise explains. The "
+            "machine has more than this model, or the fit is not the best one: do not trust it."
+        )
+    if fit.chance < _CHANCE:
         yield (
             "The residual is no white noise: the machine has more than this model, or the fit is "
             "not the best one. The intervals are too narrow."
         )
-    elif fit.variance > max(4.0 * fitter.least, _NOTHING**2):
+    elif fitter.fits_in_part(fit):
         yield "A part of the records fits much better than the whole: the model may lack something."
     for record in problem.records:
         if record.is_sampled and record.step * problem.rate * _COARSE > math.tau:

@@ -7,33 +7,40 @@ import random
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
+from damper.engine.compiled import compiling
 from damper.identification.problem import OF_RECORD, RecordedDamper
+from damper.identification.recordings import TIMES
 
-#: Parts of the records that are fitted, one after the other.
-_PARTS = (0.125, 0.19, 0.28, 0.42, 0.65, 1.0)
-#: Starts that are tried; how many of them, or of points around the best ones, are fitted in the
-#: first window and in later ones; points around; looks around the last fit.
-_STARTS, _FIRST, _KEPT, _DRAWS, _LOOKS = 100, 5, 3, 20, 3
+#: First part of the records that is fitted, and by what the next ones grow: of samples, and of
+#: times alone, each of which counts.
+_FIRST, _GROWS, _GROWS_SLOWLY = 0.125, 2.0, 1.3
+#: Part of the records from which on the next one is the whole.
+_LAST_PART = 0.9
+#: Starts of each round, and how many of them, and of points that come from the window before, are
+#: fitted in a window; there are more rounds while the residual is suspicious.
+_ROUNDS = ((100, 2), (1000, 6), (8000, 12))
+#: Points around a fit; looks around the last fit.
+_DRAWS, _LOOKS = 20, 3
 #: Steps of a fit in a window, of one of the whole, of the last one and of one in a profile.
 _IN_WINDOW, _WHOLE, _LAST, _NEAR = 5, 8, 30, 2
-#: Longest window in which all starts are tried again.
-_SHORT = 0.25
-#: Rounds of starts at most, where a residual is not white or much larger than in a window.
-_ROUNDS = 3
-_WHITE, _LARGER = 4.0, 4.0
+#: Neighbours whose correlation counts; variance over that of the best window from which on it is
+#: suspicious; chance of the correlation, and rms over what is expected, from which on the search
+#: goes on.
+_LAGS, _LARGER, _UNLIKELY, _MORE = 10, 4.0, 0.05, (1.05, 1.0)
 #: Fits of a profile to one side at most, and part of the expected rise at which it ends.
 _OUTWARD, _RISEN = 5, 0.8
+#: Part of the sum of squares down to which another minimum is the same one.
+_SAME_COST = 0.98
 #: Longest step of a profile over the range of starts.
 _LONGEST = 0.15
 #: Variance, over the noise that is taken at first, of records that are as exact as the runs.
 _EXACT = 1e-12
 #: Degrees of freedom from which on the variance of a window says something.
 _TELLING = 8
-#: Standard errors of the sum of squares by which a point that goes on may exceed the best one.
-_HOPELESS = 6.0
 #: Decrease of the sum of squares, over the noise, at which a fit ends: in windows and at last. The
 #: unknowns then are within the root of it, in standard errors.
 _ROUGH, _FINE = 0.5, 1e-3
@@ -101,18 +108,46 @@ class Fit:
                 found.append((float(value), np.flatnonzero(abs(row) > _NAMED).tolist()))
         return found
 
-    def autocorrelation(self) -> float:
-        """Largest correlation of neighbours in the residual of a record, in standard errors."""
-        begin, most = 0, 0.0
-        if self.variance < _EXACT:
-            return most
-        for record in self.problem.records:
+    def each(self) -> Iterator[tuple[int, np.ndarray]]:
+        """Number and residuals of each record."""
+        begin = 0
+        for k, record in enumerate(self.problem.records):
             some = self.residuals[begin : begin + len(record.times)]
             begin += len(record.times)
-            some = some[some != 0.0]
-            if len(some) > 3 and (power := float(some @ some)):
-                most = max(most, float(some[1:] @ some[:-1]) / power * math.sqrt(len(some)))
-        return most
+            yield k, some[some != 0.0]
+
+    @cached_property
+    def chance(self) -> float:
+        """Probability of neighbours in the residual of a record as correlated as here, in noise.
+
+        The least one of the records, by Ljung and Box (Biometrika 65, 297, 1978).
+        """
+        from scipy.stats import chi2
+
+        least = 1.0
+        for _, some in self.each() if self.variance > _EXACT else ():
+            count, lags = len(some), np.arange(1, min(_LAGS, len(some) // 4) + 1)
+            if lags.size and (power := float(some @ some)):
+                parts = np.array([some[lag:] @ some[:-lag] for lag in lags]) / power
+                sum_of_squares = count * (count + 2) * float(np.sum(parts**2 / (count - lags)))
+                least = min(least, float(chi2.sf(sum_of_squares, lags.size)))
+        return least
+
+    def excess(self, more: tuple[float, float]) -> dict[str, float]:
+        """Rms of the residual over what is expected, of the records where it is more than that.
+
+        By a factor, and a part of the root of the number of data. By the records' labels.
+        """
+        found = {}
+        for k, some in self.each():
+            record = self.problem.records[k]
+            if len(some):
+                share = max(1.0 - len(self.point) / len(some), 1.0 / len(some))
+                rms = self.problem.noise[k] * math.sqrt(float(some @ some) / len(some) / share)
+                most = record.expected * (more[0] + more[1] / math.sqrt(len(some)))
+                if rms > max(most, math.sqrt(_EXACT) * self.problem.size(k)):
+                    found[record.label] = rms / record.expected if record.expected else math.inf
+        return found
 
 
 class Fitter:
@@ -133,9 +168,21 @@ class Fitter:
             j for j, u in enumerate(unknowns) if u.name in OF_RECORD and u.name != "scale"
         ]
         self.count = sum(len(record.times) for record in problem.records)
-        enough = [part for part in _PARTS[:-1] if part * self.count >= 2 + len(unknowns)]
-        self.parts = (*enough, 1.0)
+        alone = all(record.kind in TIMES for record in problem.records)
+        part, parts = max(_FIRST, (2 + len(unknowns)) / self.count), []
+        while part < _LAST_PART:
+            parts.append(part)
+            part *= _GROWS_SLOWLY if alone else _GROWS
+        self.parts = (*parts, 1.0)
         self.generator = random.Random(0)
+        #: Numbers of the data in each window.
+        ends = np.cumsum([0] + [len(record.times) for record in problem.records])
+        self._inside = {
+            part: np.concatenate(
+                [end + np.arange(problem.count(k, part)) for k, end in enumerate(ends[:-1])]
+            )
+            for part in self.parts
+        }
         #: Least variance of a window.
         self.least = math.inf
         #: Sum of squares and point of all that was tried on the whole records.
@@ -143,14 +190,32 @@ class Fitter:
 
     def best(self) -> Fit:
         """Return the best fit of all starts; more of them where its residual is suspicious."""
-        best = self._round(0)
-        for number in range(1, _ROUNDS):
-            much = max(_LARGER * self.least, _EXACT)
-            if best.autocorrelation() < _WHITE and best.variance <= much:
-                break
-            best = min(best, self._round(number), key=lambda fit: fit.cost)
+        # Thousands of short runs: compiled ones, and without those of the derivatives.
+        self.problem.rough = True
+        with compiling():
+            best, begin = self._round(0, *_ROUNDS[0]), 0
+            # Times of impacts do not show their noise: a second search has to find the same.
+            more = any(record.kind == "impacts" for record in self.problem.records)
+            for before, (count, kept) in pairwise(_ROUNDS):
+                if not (more or self.is_suspicious(best)):
+                    break
+                begin += before[0]
+                other = self._round(begin, count, kept)
+                more = other.cost < _SAME_COST * best.cost
+                best = min(best, other, key=lambda fit: fit.cost)
+                if not more and not best.excess(_MORE):
+                    break
+        self.problem.rough = False
         best = self._weighed(best)
         return self.exact(self.fit(best.point, 1.0, _LAST))
+
+    def is_suspicious(self, fit: Fit) -> bool:
+        """Whether the residual is not white, or larger than expected or than in a window."""
+        return fit.chance < _UNLIKELY or bool(fit.excess(_MORE)) or self.fits_in_part(fit)
+
+    def fits_in_part(self, fit: Fit) -> bool:
+        """Whether a part of the records fits much better than the whole."""
+        return fit.variance > max(_LARGER * self.least, _EXACT)
 
     def exact(self, fit: Fit) -> Fit:
         """Return a fit with derivatives as good as the motion, which tell what data cannot."""
@@ -163,13 +228,10 @@ class Fitter:
         """Return the fit with the noise of each kind of record as found."""
         records, problem = self.problem.records, self.problem
         for _ in range(3 if len({record.kind for record in records}) > 1 else 0):
-            begin = 0
             sums: dict[str, list[np.ndarray]] = {}
-            for k, record in enumerate(records):
-                some = fit.residuals[begin : begin + len(record.times)] * problem.noise[k]
-                begin += len(record.times)
-                if record.noise is None:
-                    sums.setdefault(record.kind, []).append(some[some != 0.0])
+            for k, some in fit.each():
+                if records[k].noise is None:
+                    sums.setdefault(records[k].kind, []).append(some * problem.noise[k])
             share = fit.freedom / (fit.freedom + len(fit.point))
             for k, record in enumerate(records):
                 if record.noise is None and (found := np.concatenate(sums[record.kind])).size:
@@ -178,38 +240,39 @@ class Fitter:
             fit = self.fit(fit.point, 1.0, _WHOLE)
         return fit
 
-    def _round(self, turn: int) -> Fit:
-        """Fit the best starts of a round, from short windows to the whole."""
-        starts = [self.start(k) for k in range(turn * _STARTS, (turn + 1) * _STARTS)]
-        points, count = starts, _FIRST
-        for number, part in enumerate(self.parts, 1):
+    def _round(self, begin: int, count: int, kept: int) -> Fit:
+        """Fit the best of so many starts, from short windows to the whole."""
+        starts = [self._scored(self.start(k)) for k in range(begin, begin + count)]
+        points: list[np.ndarray] = []
+        for number, part in enumerate(self.parts):
+            some = self._best_of([start[number] for start in starts], kept)
+            more = self._best_of([self._scored(point)[number] for point in points], kept)
             steps = _IN_WINDOW if part < 1.0 else _WHOLE
-            fits = [self.fit(point, part, steps) for point in self._best_of(points, part)[:count]]
+            fits = [self.fit(point, part, steps) for point in self._different(more + some)]
             fits.sort(key=lambda fit: fit.cost)
-            spread = math.sqrt(2.0 / len(fits[0].residuals))
-            most = (1.0 + _HOPELESS * spread) * fits[0].cost
-            chosen = self._different([fit.point for fit in fits if fit.cost <= most])[:2]
-            fits = [fit for fit in fits if any(fit.point is point for point in chosen)]
             if fits[0].freedom >= _TELLING:
                 self.least = min(self.least, fits[0].variance)
-            points = [point for fit in fits for point in self._around(fit)]
-            # All starts again while windows are short, and for the whole.
-            points += starts if part < _SHORT or number == len(self.parts) - 1 else []
-            count = _KEPT
+            # Without steps beside the best ones, which the next window may tell apart.
+            points = [fit.point for fit in fits[kept:]]
+            points += [point for fit in fits[:kept] for point in self._around(fit)]
         best = fits[0]
         # The order of impacts makes the sum of squares rugged: look around for a lower place.
         for _ in range(_LOOKS):
             before = best.cost
-            for point in self._best_of(list(self._around(best)), 1.0)[:1]:
+            around = [self._scored(point)[-1] for point in self._around(best)]
+            for point in self._best_of(around, 1):
                 best = min(best, self.fit(point, 1.0, _WHOLE), key=lambda fit: fit.cost)
             if best.cost > before * (1.0 - 0.2 / self.count):
                 break
         return best
 
-    def _best_of(self, points: list[np.ndarray], part: float) -> list[np.ndarray]:
-        """Different points, the best one first."""
-        scored = sorted((self._scored(point, part) for point in points), key=lambda one: one[0])
-        return self._different([point for _, point in scored])
+    def _best_of(self, scored: list[tuple[float, np.ndarray]], count: int) -> list[np.ndarray]:
+        """So many different points, the best one first."""
+        kept: list[np.ndarray] = []
+        for _, point in sorted(scored, key=lambda one: one[0]):
+            if len(kept) < count:
+                kept = self._different([*kept, point])
+        return kept
 
     def _around(self, fit: Fit) -> Iterator[np.ndarray]:
         """A fit's point, and points that the data hardly tell from it."""
@@ -229,18 +292,22 @@ class Fitter:
             found.append(unknown.value if given else unknown.at(part))
         return np.clip(np.array(found, float), *self.narrow)
 
-    def _scored(self, point: np.ndarray, part: float) -> tuple[float, np.ndarray]:
-        """Sum of squares in a window with the best constants of the records, and that point."""
-        residuals, columns = self.problem.residuals(point, part)
-        if self.linear:
-            step = np.linalg.lstsq(columns[:, self.linear], -residuals, rcond=None)[0]
-            point = point.copy()
-            point[self.linear] += step
-            residuals = residuals + columns[:, self.linear] @ step
-        cost = float(residuals @ residuals)
-        if part == 1.0:
-            self.tried.append((cost, point))
-        return cost, point
+    def _scored(self, point: np.ndarray) -> list[tuple[float, np.ndarray]]:
+        """Sum of squares in each window with the best constants of the records, and that point."""
+        residuals, columns = self.problem.residuals(point)
+        found = []
+        for part in self.parts:
+            inside = self._inside[part]
+            missed, there = residuals[inside], point
+            if self.linear:
+                some = columns[inside][:, self.linear]
+                step = np.linalg.lstsq(some, -missed, rcond=None)[0]
+                there = point.copy()
+                there[self.linear] += step
+                missed = missed + some @ step
+            found.append((float(missed @ missed), there))
+        self.tried.append(found[-1])
+        return found
 
     def _different(self, points: list[np.ndarray]) -> list[np.ndarray]:
         kept: list[np.ndarray] = []

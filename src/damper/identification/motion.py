@@ -7,7 +7,7 @@ polynomials through these points stand for the motion in between, to some 1e-10 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, NamedTuple
@@ -115,6 +115,9 @@ class Piece:
         places = (2.0 * times - self.begin - self.end) / (self.end - self.begin)
         found = []
         for points in (self.motion, self.changes):
+            if not points.size:
+                found.append(np.empty((len(times), 0)))
+                continue
             weights = _between(places, len(points))
             if order == 2:
                 weights = weights @ _slopes(len(points)) * (2.0 / (self.end - self.begin))
@@ -144,14 +147,17 @@ class ComputedMotion:
     """Derivatives of these times by each direction."""
 
     def at(self, times: np.ndarray, order: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement, velocity or acceleration (order 0, 1, 2), and their derivatives."""
+        """Displacement, velocity or acceleration (order 0, 1, 2), and their derivatives.
+
+        The times increase.
+        """
         count = self.pieces[0].changes.shape[2]
         values, changes = np.empty(len(times)), np.empty((len(times), count))
-        ends = np.array([piece.end for piece in self.pieces])
-        which = np.minimum(np.searchsorted(ends, times, "left"), len(ends) - 1)
-        for k in np.unique(which):
-            here = which == k
-            values[here], changes[here] = self.pieces[k].at(times[here], order)
+        ends = [piece.end for piece in self.pieces[:-1]]
+        cuts = [0, *np.searchsorted(times, ends, "right").tolist(), len(times)]
+        for piece, begin, end in zip(self.pieces, cuts, cuts[1:], strict=False):
+            if begin < end:
+                values[begin:end], changes[begin:end] = piece.at(times[begin:end], order)
         return values, changes
 
     def peaks(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -184,6 +190,7 @@ def run_motion(
     directions: Mapping[str, Direction],
     sampled: bool = True,
     fine: bool = False,
+    names: Collection[str] = (),
 ) -> ComputedMotion:
     """Run a damper with what small changes of unknowns do to its motion.
 
@@ -200,6 +207,8 @@ def run_motion(
         Whether the displacement is asked for, and not the impacts alone.
     fine : bool, default False
         Whether derivatives are as good as the motion.
+    names : collection of str, default ()
+        Unknowns of the fit: its runs are all of one model, with or without directions.
 
     Raises
     ------
@@ -208,7 +217,7 @@ def run_motion(
     """
     damper = parameters.dimensionless
     check_state(damper, state)
-    trajectory = Trajectory(model_along(damper, directions), state, _MOST_EVENTS)
+    trajectory = Trajectory(model_along(damper, names or directions), state, _MOST_EVENTS)
     end = trajectory.whole_periods(until / parameters.units.time)
     rows = np.concatenate([piece.copy() for piece in trajectory.segments(*end)])
     if trajectory.status != FINISHED:
@@ -250,7 +259,7 @@ class _Walk:
         time = (row[PERIODS] * self.trajectory.cycle + row[TIME]) * self.units.time
         later = None
         if self.begun and row[CAUSE] == IMPACT:
-            later = self._later(row) + self.cycle * time
+            later = self._later(row) + self.cycle * time if self.directions else np.empty(0)
             self.motion.impacts.append((time, row[SIDE], row[SPEED] * self.units.speed))
             self.motion.later.append(later)
         duration = float(row[DURATION])
@@ -259,11 +268,15 @@ class _Walk:
             cuts = np.linspace(0.0, duration, math.ceil(length / _PIECE) + 1)
             length /= len(cuts) - 1
             of_motion = _spread(cuts, _OF_MOTION[0] + int(_OF_MOTION[1] * length))
-            of_changes = _spread(cuts, self.of_changes[0] + int(self.of_changes[1] * length))
-            changes = self._over(row, of_changes.ravel()).reshape(*of_changes.shape, *self.shape)
+            if self.directions:
+                of_changes = _spread(cuts, self.of_changes[0] + int(self.of_changes[1] * length))
+                changes = self._over(row, of_changes.ravel())
+                changes = changes.reshape(*of_changes.shape, *self.shape)
+                self.changes = changes[-1, -1]
+            else:
+                changes = np.empty((len(of_motion), 0, *self.shape))
             self._note(time, row, of_motion, changes, later)
-            self.changes = changes[-1, -1]
-        else:
+        elif self.directions:
             self.changes = self._over(row, np.array([duration]))[0]
         self.begun = True
 
@@ -283,8 +296,6 @@ class _Walk:
     def _over(self, row: np.ndarray, taus: np.ndarray) -> np.ndarray:
         """Changes at times after the start of a row: shape (times, components, directions)."""
         found = np.empty((len(taus), *self.changes.shape))
-        if not self.directions:
-            return found
         together = row[MODE] == FLIGHT and not self.several
         part = row[None].copy()
         if together:  # all directions at once; then what the flow itself changes by
@@ -338,6 +349,9 @@ class _Walk:
         for taus, each in zip(of_motion, changes, strict=True):
             motion = self.trajectory.motions_in(row, taus)[:, :2]
             begin, end = (time + units.time * float(tau) for tau in taus[[0, -1]])
+            if not self.directions:
+                self.motion.pieces.append(Piece(begin, end, motion * sizes, each, None))
+                continue
             places = _points(len(each))
             weights = _between(places, len(taus))
             there = weights @ motion
@@ -353,14 +367,15 @@ class _Walk:
 
 def _spread(cuts: np.ndarray, count: int) -> np.ndarray:
     """Chebyshev points between each two cuts, a row each; the ends are exact."""
-    found = cuts[:-1, None] + (0.5 + 0.5 * _points(count)) * np.diff(cuts)[:, None]
+    found = cuts[:-1, None] + (0.5 + 0.5 * _points(count)) * (cuts[1:] - cuts[:-1])[:, None]
     found[:, -1] = cuts[1:]
     return found
 
 
 def _between(places: np.ndarray, count: int) -> np.ndarray:
     """Matrix from values at the points to values at places from -1 to 1."""
-    return chebyshev.chebvander(places, count - 1) @ _fitting(count)  # type: ignore[no-any-return]
+    angles = np.arccos(np.clip(places, -1.0, 1.0))
+    return np.cos(angles[:, None] * np.arange(count)) @ _fitting(count)  # type: ignore[no-any-return]
 
 
 @cache

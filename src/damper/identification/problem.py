@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from damper.identification.motion import ComputedMotion, Direction, direction_of, run_motion
-from damper.identification.recordings import KINDS, SAMPLED, Recording
+from damper.identification.recordings import KINDS, SAMPLED, TIMES, Recording
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.dampers import SI_NAME
 from damper.parameters.named import damper_of
@@ -53,6 +53,8 @@ _INSIDE = 1e-6
 _BEYOND = 0.35
 #: Step of differences, as a part of the value.
 _DIFFERENCE = 1e-6
+#: Longest time, over the dead time, within which computed impacts may not have been recorded.
+_UNHEARD = 2.0
 #: Residual over the noise of what cannot be run.
 _IMPOSSIBLE = 1e3
 
@@ -110,8 +112,9 @@ class RecordedDamper:
     ) -> None:
         self.records, self.known = records, dict(known)
         self.si = self.is_si(known)
-        #: Whether derivatives are as good as the motion.
-        self.fine = False
+        #: Whether derivatives are as good as the motion, or all of them differences of runs, which
+        #: take less time and no compilation.
+        self.fine = self.rough = False
         #: Unknowns that the engine has no derivative by.
         self.differences: set[str] = set()
         named = {"free": free, "starts": starts, "ranges": ranges}
@@ -133,7 +136,7 @@ class RecordedDamper:
         self.ranges = dict(zip(names["ranges"], ranges.values(), strict=True))
         self._check_units()
         self.unknowns = list(self._all())
-        self.noise = [record.noise or self._size(record) for record in records]
+        self.noise = [record.noise or self.size(k) for k, record in enumerate(records)]
 
     @staticmethod
     def is_si(known: Mapping[str, Any]) -> bool:
@@ -164,12 +167,12 @@ class RecordedDamper:
                     "be a damper in SI units (primary_mass, stiffness, ...)"
                 )
 
-    def _size(self, record: Recording) -> float:
+    def size(self, k: int) -> float:
         """Size of what a record shows: its noise before anything is known."""
-        if record.kind in ("impacts", "intervals"):
-            return 0.1 * float(
-                np.mean(np.diff(record.times) if record.kind == "impacts" else record.times)
-            )
+        record = self.records[k]
+        if record.kind in TIMES:
+            steps = np.diff(record.times) if record.kind == "impacts" else record.times
+            return 0.1 * float(np.mean(steps))
         return 0.1 * float(np.std(record.values)) or 1.0
 
     # Unknowns.
@@ -348,7 +351,8 @@ class RecordedDamper:
                     self.differences.add(name)
                     which.pop()
         sampled = record.is_sampled or record.kind == "peaks"
-        return run_motion(parameters, state, until, directions, sampled, self.fine), which
+        run = run_motion(parameters, state, until, directions, sampled, self.fine, self.free)
+        return run, which
 
     def start(self, values: Mapping[str, Any], begins: float) -> tuple[Any, State]:
         """Return damper and dimensionless start of values."""
@@ -374,25 +378,34 @@ class RecordedDamper:
         """
         found = []
         for k, record in enumerate(self.records):
-            count = max(math.ceil(part * len(record.times)), 2)
+            count = self.count(k, part)
             try:
-                values, changes = self.computed(point, k, count, derivatives)
+                values, changes = self.computed(point, k, count, derivatives and not self.rough)
             except ValueError:
                 # No run, such as from outside the box: worse than any.
                 values = record.values[:count] + _IMPOSSIBLE * self.noise[k]
                 changes = np.zeros((count, len(point)))
-            if derivatives and self.differences:
+            if derivatives and (self.rough or self.differences):
                 self._by_differences(point, k, values, changes)
+            shown = ~np.isnan(values)
             missed = np.nan_to_num(values - record.values[:count])
-            found.append((missed / self.noise[k], changes / self.noise[k]))
+            # A motion that hides more samples behind its impacts is no better for that.
+            weight = math.sqrt(count / max(int(shown.sum()), 1)) / self.noise[k]
+            found.append((missed * weight, changes * weight))
         return np.concatenate([r for r, _ in found]), np.concatenate([j for _, j in found])
+
+    def count(self, k: int, part: float) -> int:
+        """Data in the first part of a record."""
+        return max(math.ceil(part * len(self.records[k].times)), 2)
 
     def _by_differences(
         self, point: np.ndarray, k: int, values: np.ndarray, changes: np.ndarray
     ) -> None:
-        """Fill in derivatives by what the engine has none of."""
+        """Fill in derivatives by what the engine has none of, or by all."""
         for j, unknown in enumerate(self.unknowns):
-            if unknown.name not in self.differences:
+            if unknown.name in OF_RECORD or unknown.record not in (None, k):
+                continue
+            if not (self.rough or unknown.name in self.differences):
                 continue
             step = _DIFFERENCE * (abs(point[j]) or 1.0)
             step *= -1.0 if point[j] + step > unknown.allowed[1] else 1.0
@@ -487,11 +500,46 @@ def _listed(
         changes = np.array(motion.later).reshape(len(values), -1)
         if record.kind == "intervals":
             values, changes = np.diff(values), np.diff(changes, axis=0)
+        elif record.blank:
+            heard = _heard(record.times[:count], values, _UNHEARD * record.blank)
+            values, changes = values[heard], changes[heard]
         late = until if record.kind == "impacts" else 0.0
     columns = changes.shape[1] if len(changes) else columns
     missing = max(count - len(values), 0)
     values = np.concatenate([values[:count], np.full(missing, late)])
     return values, np.concatenate([changes[:count], np.zeros((missing, columns))])
+
+
+def _heard(times: np.ndarray, computed: np.ndarray, blank: float) -> list[int]:
+    """Numbers of the computed impacts that a record has, as near to it as may be, in order.
+
+    It may lack those that follow another one within `blank`, and has all others. By dynamic
+    programming.
+    """
+    quick = np.diff(computed, prepend=-math.inf) < blank
+    if not quick.any():
+        return list(range(len(computed)))
+    # Least sum of squares where the last impact of the record is a computed one.
+    least: list[float] = []
+    befores = []
+    for time in times.tolist():
+        squares, before = [], []
+        most = math.inf if least else 0.0
+        last = -1
+        for k, other in enumerate(computed.tolist()):
+            squares.append(most + (time - other) ** 2)
+            before.append(last)
+            ended = least[k] if least else math.inf
+            if not quick[k] or ended < most:
+                most, last = ended, k
+        if min(squares) == math.inf:
+            break
+        least = squares
+        befores.append(before)
+    found = [int(np.argmin(least))]
+    for before in reversed(befores[1:]):
+        found.append(before[found[-1]])
+    return found[::-1]
 
 
 def _filtered(record: Recording, signals: np.ndarray) -> np.ndarray:

@@ -32,8 +32,12 @@ SAMPLED = ("displacement", "velocity", "acceleration")
 TIMES = ("impacts", "intervals")
 #: Loudness of an impact over that of the record's quiet half, and least part of the loudest one.
 _LOUD, _LEAST = 8.0, 0.05
+#: Time in s after a sound in which another one is not heard.
+DEAD_TIME = 0.02
 #: How far the times of a record with a filter may be from equal steps, over the step.
 _EQUAL = 1e-3
+#: Residual over a typical value that a fit of times or peaks has at most.
+_ROUGHLY = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +71,7 @@ class Recording:
         Corner frequency, in Hz, of a high-pass of the first order that the record went through.
     blank : float, optional
         Time after an impact in which samples of velocity and acceleration do not count; two steps.
+        Of times of impacts: one that comes sooner than this after the last one may be missing.
     begins : float, optional
         Time at which the motion begins; the first sample or peak, or 0 for times of impacts.
     unit : str, optional
@@ -154,6 +159,23 @@ class Recording:
         """Mean step of its times."""
         return float((self.times[-1] - self.times[0]) / (len(self.times) - 1))
 
+    @property
+    def expected(self) -> float:
+        """Rms that the residual of a fit has at most.
+
+        The stated noise; of samples in equal steps that by the median of their third differences,
+        in which smooth motion is small; else 3 % of a typical value.
+        """
+        if self.noise:
+            return self.noise
+        if self.is_sampled:
+            steps = np.diff(self.times)
+            if len(steps) > 20 and np.ptp(steps) < _EQUAL * steps.mean():
+                return float(np.median(abs(np.diff(self.values, 3)))) / (0.6745 * math.sqrt(20.0))
+            return _ROUGHLY * float(np.std(self.values))
+        steps = np.diff(self.times) if self.kind == "impacts" else abs(self.values)
+        return _ROUGHLY * float(np.median(steps))
+
     def _column(self, name: str, given: Any) -> np.ndarray:
         try:
             column = np.array(given, dtype=float)
@@ -183,7 +205,7 @@ def read_recording(
     path : path
         CSV: columns of time and value, or of times alone; their heads may have units, of which
         multiples such as ms, mm or g are converted. MATLAB file (up to version 7): two variables.
-        WAV: samples; where `kind` is "impacts", the onsets of sounds in it.
+        WAV: samples; where `kind` is "impacts", the onsets of sounds in it, `blank` apart or more.
     kind, **about
         As `Recording`.
     columns : two of str or int, optional
@@ -208,7 +230,8 @@ def read_recording(
     if suffix == ".wav":
         rate, samples = _wave(path, columns, full_scale)
         if kind == "impacts":
-            return Recording(onsets(samples, rate), kind=kind, **about)
+            blank = about.pop("blank", None) or DEAD_TIME
+            return Recording(onsets(samples, rate, blank), kind=kind, blank=blank, **about)
         return Recording(np.arange(len(samples)) / rate, samples, kind, **about)
     if suffix == ".mat":
         times, values = _matlab(path, columns, kind in TIMES)
@@ -221,7 +244,7 @@ def read_recording(
     return Recording(times, None if kind in TIMES else values, kind, unit=file.unit, **about)
 
 
-def onsets(samples: np.ndarray, rate: float, dead_time: float = 0.02) -> np.ndarray:
+def onsets(samples: np.ndarray, rate: float, dead_time: float = DEAD_TIME) -> np.ndarray:
     """Times at which a sound sets in.
 
     Its loudness is the rms of the samples' differences over 1 ms. A sound begins where the loudness
