@@ -270,3 +270,21 @@ def test_a_study_has_tables(tmp_path: Path) -> None:
     path.write_text(STUDY.replace("[1, 0.5]", "[0.11, 0.2]"))
     with pytest.raises(ConfigError, match=r"rows 0 and 1: from .* the rebound speed falls"):
         load_study(path)
+
+
+def test_a_table_stands_in_a_file(tmp_path: Path) -> None:
+    """Of a call, of a study in the same folder, and with units in its head."""
+    path, rows = tmp_path / "measured.csv", ((0.1, 0.6), (1.0, 0.5))
+    path.write_text("v,r\n0.1,0.6\n1,0.5\n")
+    assert Parameters(**BASE, restitution_table=path).restitution_table == rows
+    (tmp_path / "study.yaml").write_text(STUDY.replace("[[0.1, 0.6], [1, 0.5]]", "measured.csv"))
+    study = load_study(tmp_path / "study.yaml")
+    assert study.parameters["restitution_table"] == rows
+    path.write_text("v (mm/s),r\n100,0.6\n1000,0.5\n")
+    with pytest.raises(ConfigError, match=r"v is in mm/s: must be in 1, or without unit"):
+        load_study(tmp_path / "study.yaml")
+    values = {key: value for key, value in SI.items() if key != "restitution"}
+    assert SIParameters(**values, restitution_table=str(path)).restitution_table == rows
+    path.write_text("v,r\n0.1,0.6\n0.11,0.2\n")
+    with pytest.raises(ConfigError, match=r"rows 0 and 1: from .* the rebound speed falls"):
+        load_study(tmp_path / "study.yaml")

@@ -335,7 +335,7 @@ class Parameters(QuantityClass):
 
     def __post_init__(self) -> None:
         options = self.check_each()
-        tabled = _read_tables(self.__dict__)
+        tabled = _read_tables(self.__dict__, "1")
         if self.forcing is not HARMONIC:
             self.__dict__["forcing"] = read_forcing(self.forcing)
             check_force(self.forcing, self.phase, self.force_amplitude, (0.0, 1.0))
@@ -651,7 +651,7 @@ class SIParameters(QuantityClass, shares=Parameters):
         unit = self.forcing.si_unit
         own["force_amplitude"] = number_in("force_amplitude", self.force_amplitude, [unit])
         self.check_each()
-        _read_tables(self.__dict__)
+        _read_tables(self.__dict__, "m/s")
         if self.masses is not None:
             units = {q.name: q.units for q in self.quantities}
             own["masses"] = read_masses(self.masses, OF_A_MASS_SI, units)
@@ -1053,14 +1053,14 @@ def _laws(values: Mapping[str, Any]) -> list[Quantity]:
     return [q for q in _OF_LAWS if values[q.name] != q.default]
 
 
-def _read_tables(values: dict[str, Any]) -> bool:
+def _read_tables(values: dict[str, Any], unit: str) -> bool:
     """Check the tables of a damper in place; whether it has any.
 
     TypeError where neither a restitution nor a table is given, for all masses or for one alone.
     """
     given = [name for name in WALL_TABLES if values[name] is not None]
     for name in given:
-        values[name] = read_table(name, values[name])
+        values[name] = read_table(name, values[name], unit)
     needs = values["masses"] is None and values["restitution_table"] is None
     if needs and values["restitution"] == math.inf:
         raise TypeError("missing parameters: restitution, or a restitution_table")

@@ -65,7 +65,7 @@ def read_masses(
 
     return tuple(
         Mass(
-            (name, read_table(f"masses[{k}].{name}", one[name]))
+            (name, read_table(f"masses[{k}].{name}", one[name], units.get("yield_speed", "1")))
             if name in WALL_TABLES
             else (name, read(f"masses[{k}].{name}", name, one[name]))
             for name in (*names, *WALL_TABLES)

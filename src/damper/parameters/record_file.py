@@ -30,6 +30,7 @@ _SPELLINGS = {
     "m/s2": "m/s2 m/s/s ms-2 ms2 mps2 m/sec2 m/sec/sec msec-2",
     "m": "m metre metres meter meters",
     "m/s": "m/s ms-1 mps m/sec",
+    "1": "1",
 }
 #: Unit of a column -> its multiples that may be converted, as `_plain` has them.
 _MULTIPLES = {
@@ -61,6 +62,8 @@ class RecordFile:
         Separator of the columns; found in the file where it is not given.
     multiples : bool, default False
         Whether multiples of the units, such as mm, are converted, and not refused.
+    words : str, default "time and value"
+        What the columns are, for messages.
 
     Attributes
     ----------
@@ -80,8 +83,10 @@ class RecordFile:
         columns: Sequence[str | int] | None = None,
         delimiter: str | None = None,
         multiples: bool = False,
+        words: str = "time and value",
     ) -> None:
         self.path, self._columns, self._multiples = path, columns, multiples
+        self._words = words
         self.unit, self._sizes = "", [1.0, 1.0]
         self._data = _text(path)
         self._separator, self._decimal = delimiter or "", "."
@@ -214,13 +219,13 @@ class RecordFile:
             where += f" ({self.found})"
         if self._columns is None and len(cells) == 1:
             raise ValueError(
-                f"{where}: 1 column: must be two, time and value, and `delimiter` may say what "
+                f"{where}: 1 column: must be two, {self._words}, and `delimiter` may say what "
                 "stands between them"
             )
         if self._columns is None and len(cells) != 2:
             raise ValueError(
                 f"{where}: {len(cells)} columns: must be two, or `columns` has to say which are "
-                "time and value"
+                f"{self._words}"
             )
         for place in self._places:
             if not 0 <= place < len(cells) or not cells[place]:

@@ -1,11 +1,13 @@
 """Tables of the restitution by the approach speed, of each wall."""
 
 import math
+import os
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from typing import Any
 
 from damper.parameters.quantity import real
+from damper.parameters.record_file import RecordFile
 
 #: Coefficient of restitution of a wall -> the table that may be given in its place.
 TABLE_OF = {
@@ -20,11 +22,12 @@ TABLE_SPEED = "table_speed"
 Table = tuple[tuple[float, float], ...]
 
 
-def read_table(name: str, given: Any) -> Table:
+def read_table(name: str, given: Any, unit: str = "1") -> Table:
     """Check a table: rows (approach speed, coefficient of restitution) at rising speeds.
 
-    Between two rows the coefficient is linear in the logarithm of the speed, before the first and
-    beyond the last it is constant.
+    A path is that of a CSV file with these two columns. `unit` is that of the speed: a unit in the
+    head of its column must be this one, or a multiple. Between two rows the coefficient is linear
+    in the logarithm of the speed, before the first and beyond the last it is constant.
 
     Raises
     ------
@@ -33,6 +36,8 @@ def read_table(name: str, given: Any) -> Table:
         rebound speed r(v) v falls between two rows where r + dr/d(log v) < 0.
     TypeError
         When it is no sequence of pairs of numbers.
+    OSError
+        Where a file cannot be read.
 
     Examples
     --------
@@ -44,8 +49,18 @@ def read_table(name: str, given: Any) -> Table:
     ValueError: restitution_table, rows 0 and 1: from (0.1, 0.9) to (0.2, 0.3) the rebound speed \
 falls while the approach speed rises; the coefficient must fall by at most 0.3684 here
     """
-    wanted = f"{name}: must be rows (approach speed, restitution), such as [(0.1, 0.9), (1, 0.8)]"
-    if isinstance(given, str | bytes | Mapping) or not isinstance(given, Iterable):
+    wanted = (
+        f"{name}: must be rows (approach speed, restitution), such as [(0.1, 0.9), (1, 0.8)], or "
+        "the path of a CSV file"
+    )
+    if isinstance(given, str | os.PathLike):
+        import numpy as np
+
+        file = RecordFile(
+            given, (unit, "1"), multiples=True, words="approach speed and restitution"
+        )
+        given = np.transpose(file.samples).tolist()
+    if isinstance(given, bytes | Mapping) or not isinstance(given, Iterable):
         raise TypeError(f"{wanted}, not {given!r}")
     rows = []
     for k, row in enumerate(given):

@@ -18,6 +18,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from damper.parameters.names import nearest
+from damper.parameters.quantities import is_si
+from damper.parameters.tables import WALL_TABLES, read_table
 from damper.study.fields import STEM, STEM_WORDS, NamedMapping
 from damper.study.kinds import STUDIES
 from damper.study.messages import Mistakes, Report, mistakes_of
@@ -211,7 +213,7 @@ def _load(
     elif override is not None:
         problems.append(parts.problem(prefix, f"must be a mapping (value: {display(override)})"))
     try:
-        study = _kind_of(data).model_validate(data)
+        study = _kind_of(data).model_validate(_with_tables(data, path.parent))
         study._name, study._folder = path.stem, path.parent
         if isinstance(study, Study) and not checked:
             check_study(study)
@@ -224,6 +226,28 @@ def _load(
     if problems:
         raise ConfigError.of(sorted(problems, key=lambda problem: problem.line))
     return study
+
+
+def _with_tables(data: Any, folder: Path) -> Any:
+    """Return a study with the rows of the restitution tables that it names by files there."""
+    mistakes = Mistakes()
+
+    def read(given: Any, *loc: str | int) -> Any:
+        rows = {}
+        for name in WALL_TABLES if isinstance(given, dict) else ():
+            if isinstance(given.get(name), str):
+                try:
+                    unit = "m/s" if is_si(_part_of(data, "parameters", dict)) else "1"
+                    rows[name] = read_table(name, folder / given[name], unit)
+                except (ValueError, OSError) as error:
+                    mistakes.add((*loc, name), str(error))
+        return given | rows if rows else given
+
+    made = {"parameters": read(data.get("parameters"), "parameters")}
+    if masses := _part_of(data, "masses", list):
+        made["masses"] = [read(one, "masses", k) for k, one in enumerate(masses)]
+    mistakes.raise_any()
+    return data | {key: value for key, value in made.items() if key in data}
 
 
 def _kind_of(data: dict[str, Any]) -> type[StudyFile]:

@@ -193,8 +193,9 @@ def _quantities() -> Iterable[str]:
     yield (
         "In place of `restitution`, or of `restitution_left`, `restitution_table` or "
         "`restitution_table_left` under `parameters` or in a mass has rows `[approach speed, "
-        "restitution]` at rising speeds > 0. Between two rows the coefficient is linear in the "
-        "logarithm of the speed, beyond the ends it is constant."
+        "restitution]` at rising speeds > 0, or the name of a CSV file of these in the study's "
+        "folder. Between two rows the coefficient is linear in the logarithm of the speed, beyond "
+        "the ends it is constant."
     )
     head = ("name", "symbol", "unit", "default", "allowed", "meaning")
     for title, quantities in (

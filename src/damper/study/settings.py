@@ -183,10 +183,20 @@ def _table(rows: Any, info: ValidationInfo) -> Any:
         mistakes.raise_any()
 
 
+class OrFile:
+    """Marks rows in whose place a file is named, which is read before the study is checked."""
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        return {"anyOf": [handler(core), {"type": "string"}]}
+
+
 Rows = Annotated[
     tuple[Annotated[tuple[float, float], Field(strict=False)], ...],
     Field(strict=False, min_length=1),
     AfterValidator(_table),
+    OrFile(),
 ]
 """A table of the restitution by the approach speed."""
 

@@ -1,6 +1,7 @@
 """`damper.simulate`: a parameter study in Python, without files."""
 
 import json
+import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature, signature
@@ -13,7 +14,7 @@ from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import HARMONIC, Forcing, read_forcing
 from damper.parameters.masses import listed, own_values
 from damper.parameters.names import OF_ANY_MASS, unknown_name
-from damper.parameters.quantities import ALL, INITIAL_NAMES, ordered
+from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si, ordered
 from damper.parameters.quantity import filled, real
 from damper.parameters.run import DEFAULTS, settings_text
 from damper.parameters.structural import StructureParameters
@@ -42,8 +43,8 @@ def simulate(
     initial: str = "rest",
     forcing: Forcing | str = HARMONIC,
     masses: Sequence[Mapping[str, Any]] | None = None,
-    restitution_table: Sequence[Sequence[float]] | None = None,
-    restitution_table_left: Sequence[Sequence[float]] | None = None,
+    restitution_table: Sequence[Sequence[float]] | str | os.PathLike[str] | None = None,
+    restitution_table_left: Sequence[Sequence[float]] | str | os.PathLike[str] | None = None,
     draws: Mapping[str, Any] | None = None,
     state: State | None = None,
     workers: int | None = None,
@@ -88,7 +89,7 @@ def simulate(
         Several free masses, as for `damper.Parameters`, counted from 0. A sequence among their
         values makes a dimension, such as ``clearance_1`` of mass 1; these names may be arguments
         and drawn as well. A quantity that every mass gives may be left out for all.
-    restitution_table, restitution_table_left : sequence of (float, float), optional
+    restitution_table, restitution_table_left : sequence of (float, float) or path, optional
         In place of `restitution` and `restitution_left`, as for `damper.Parameters`.
     draws : mapping, optional
         Quantities at random, the same draws at every point, along a dimension ``draw``:
@@ -173,7 +174,9 @@ def simulate(
             elif tables[table] is not None:
                 beside.pop(name, None)
         given = beside | given
-    found = {name: read_table(name, rows) for name, rows in listed_tables(tables).items()}
+    named = listed_tables(tables)
+    unit = "m/s" if named and is_si(given) else "1"
+    found = {name: read_table(name, rows, unit) for name, rows in named.items()}
     for name in OF_ANY_MASS if count else ():
         each = [given.get(f"{name}_{k}") for k in range(count)]
         # Every mass has its own value, so the value for all has no mass left.
