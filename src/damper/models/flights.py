@@ -32,7 +32,7 @@ from damper.engine.oscillator import (
     motion_at_release,
     motion_from,
 )
-from damper.engine.search import GAVE_UP, HORIZON, ROUNDOFF, EventPoint, first_root, point_at
+from damper.engine.search import GAVE_UP, HORIZON, ROUNDOFF, EventPoint, Root, first_root, point_at
 from damper.engine.segment import RELEASE, SLIP, Segment
 
 #: Outcomes of a flight or sticking, as those of a search; STOPS: the relative velocity vanishes.
@@ -222,15 +222,21 @@ def begin(model: Any, segment: Segment) -> Any:
     return begin_flight(model.mass, model, segment, 0.0)
 
 
+@compiled
+def first_wall(gap: WeightedSum, travel: float, last: float) -> Root:
+    """When a gap closes, or is as wide as the way between the walls, up to a time."""
+    point = start_point(gap)
+    lifts_off = gap.value == 0.0 and gap.slope == 0.0 and point.second == 0.0
+    return first_root(gap, point, travel, lifts_off, last, 0.0)
+
+
 @by_class_or_default
 def fly(start: Any, model: Any, segment: Segment) -> End:
     """The next impact of a flight, by what it follows from; gap and rate at the segment's wall."""
     s = segment
     moving = gap_of(start, model, s, 1.0)
-    point = start_point(moving)
     limit = min(HORIZON, horizon(model.free.forcing, start.phase))
-    lifts_off = s.gap == 0.0 and s.gap_rate == 0.0 and point.second == 0.0
-    root = first_root(moving, point, travel_of(model), lifts_off, limit, 0.0)
+    root = first_wall(moving, travel_of(model), limit)
     p = root.point
     tau = p.tau + root.step
     if root.side == 0.0 and limit == HORIZON:

@@ -11,7 +11,7 @@ import math
 from typing import Any, NamedTuple
 
 from damper.engine import model as declared
-from damper.engine.bodies import carried, start_point
+from damper.engine.bodies import carried
 from damper.engine.compiled import compiled, plain
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import horizon, may_jump, phase_at, rate_of
@@ -49,11 +49,10 @@ from damper.models.flights import (
 from damper.models.forces import Drive, drive_of, free_mass_of, primary_of, weighed
 from damper.models.masses.holds import (
     Hold,
-    Speed,
+    first_stop,
     hold_at_start,
     holds,
     pushed_by,
-    speed_point,
 )
 from damper.parameters import Parameters
 
@@ -342,19 +341,12 @@ def _fly(start, model, segment):
     """A slide, up to an impact or to where the relative velocity vanishes."""
     s, slide = segment, start
     limit = min(HORIZON, horizon(model.free.forcing, slide.phase))
-    speed = Speed(flights.gap_of(slide, model, s, -slide.sigma * s.side))
-    first = speed_point(speed, start_point(speed.gap))
-    stop = first_root(speed, first, math.inf, False, limit, 0.0)
-    stops = math.inf
-    if stop.side == 1.0 and stop.point.tau + stop.step <= limit:
-        stops = stop.point.tau + stop.step
-    last = min(stops, limit)
+    stop = first_stop(flights.gap_of(slide, model, s, -slide.sigma * s.side), limit)
+    last = min(stop.tau, limit)
     gap = flights.gap_of(slide, model, s, 1.0)
-    point = start_point(gap)
-    leaves = s.gap == 0.0 and s.gap_rate == 0.0 and point.second == 0.0
-    root = first_root(gap, point, flights.travel_of(model), leaves, last, 0.0)
+    root = flights.first_wall(gap, flights.travel_of(model), last)
     tau = root.point.tau + root.step
-    gave_up = stop.side == GAVE_UP or root.side == GAVE_UP
+    gave_up = stop.gave_up or root.side == GAVE_UP
     hits = abs(root.side) == 1.0 and tau <= last
     if not hits:
         tau = last
@@ -364,7 +356,7 @@ def _fly(start, model, segment):
         return End(tau, EVENT, root.side * s.side, x, v, 0.0, p.slope, steps)
     # Below zero a gap is roundoff.
     left = min(max(p.value, 0.0), flights.travel_of(model))
-    if tau < stops or gave_up:
+    if tau < stop.tau or gave_up:
         outcome = GAVE_UP if gave_up else NO_EVENT
         rate = -slide.sigma * s.side * max(-slide.sigma * s.side * p.slope, 0.0)
         return End(tau, outcome, 0.0, x, v, left, rate, steps)

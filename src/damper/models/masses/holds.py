@@ -13,6 +13,7 @@ from damper.engine.bodies import (
     Primary,
     WeightedSum,
     longest_increments,
+    start_point,
     strength_on,
     weight_on,
 )
@@ -29,7 +30,7 @@ from damper.engine.oscillator import (
     increments,
     motion_from,
 )
-from damper.engine.search import ROUNDOFF, EventPoint, point_at, rates_of
+from damper.engine.search import GAVE_UP, ROUNDOFF, EventPoint, first_root, point_at, rates_of
 from damper.engine.tuples import changed
 
 
@@ -266,3 +267,23 @@ def _point_of_speed(moving, tau):
 @rates_of.of(Speed)
 def _rates_of_speed(moving):
     return rates_of(moving.gap)
+
+
+class Stop(NamedTuple):
+    """Where a slide ends."""
+
+    tau: float
+    """Time at which the relative velocity vanishes; infinite where it does not by then."""
+    gave_up: bool
+    """Whether the search did."""
+    steps: int
+
+
+@compiled
+def first_stop(gap: WeightedSum, last: float) -> Stop:
+    """When a gap that grows in a slide grows no longer, up to a time."""
+    speed = Speed(gap)
+    root = first_root(speed, speed_point(speed, start_point(gap)), math.inf, False, last, 0.0)
+    tau = root.point.tau + root.step
+    stops = root.side == 1.0 and tau <= last
+    return Stop(tau if stops else math.inf, root.side == GAVE_UP, root.steps)

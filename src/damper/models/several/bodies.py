@@ -433,12 +433,6 @@ def primary_with(model: Several, load: Load) -> Oscillator:
 
 
 @compiled
-def pull_of(m: MassConstants, offset: float) -> float:
-    """Constant force to the left of a mass that moves with the primary at an offset."""
-    return m.ratio * (m.gravity + m.stiffness * offset)
-
-
-@compiled
 def load_in(model: Several, ways: np.ndarray, offsets: np.ndarray) -> Load:
     """Load by the masses that move with the primary (`JOINED`) and by the friction of slides."""
     load = Load(0.0, model.free.damping, 1.0, 0.0)

@@ -5,15 +5,12 @@ the primary is a monotone function of a: the force of inertia as long as frictio
 mass, and the largest friction beyond that. So there is one a, and one set of masses at rest.
 """
 
-import math
-
 import numpy as np
 
-from damper.engine.bodies import start_point
 from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at
 from damper.engine.oscillator import motion_from
-from damper.engine.search import GAVE_UP, first_root
+from damper.engine.search import GAVE_UP
 from damper.engine.segment import (
     FLIGHT,
     IMPACT,
@@ -25,7 +22,7 @@ from damper.engine.segment import (
     TAIL,
 )
 from damper.models.flights import gap_of
-from damper.models.masses.holds import Speed, speed_point
+from damper.models.masses.holds import first_stop
 from damper.models.several.bodies import (
     CAUSE,
     COMPLETION,
@@ -49,25 +46,23 @@ from damper.models.several.tails import (
     close_at_both_walls,
     decide_again,
     ends_now,
-    first_stop,
     is_negligible,
     less,
+    slide_end,
 )
 
 # --- what happens next
 
 
-@first_stop.of(Frictions)
-def _first_stop(friction, own, view, segment, way, last, slowest):
+@slide_end.of(Frictions)
+def _slide_end(friction, own, view, segment, way, last, slowest):
     if way == 0.0:
         return NextEvent(last, 0.0, 0, False)
-    speed = Speed(less(gap_of(own, view, segment, -way * segment.side), 0.0, slowest))
-    here = speed_point(speed, start_point(speed.gap))
-    root = first_root(speed, here, math.inf, False, last, 0.0)
-    tau = root.point.tau + root.step
-    if root.side == 1.0 and tau <= last:
-        return NextEvent(tau, 1.0, root.steps, True)
-    return NextEvent(last, GAVE_UP if root.side == GAVE_UP else 0.0, root.steps, False)
+    gap = gap_of(own, view, segment, -way * segment.side)
+    stop = first_stop(less(gap, 0.0, slowest), last)
+    if stop.tau <= last:
+        return NextEvent(stop.tau, 1.0, stop.steps, True)
+    return NextEvent(last, GAVE_UP if stop.gave_up else 0.0, stop.steps, False)
 
 
 # --- chatter

@@ -17,7 +17,6 @@ from damper.engine.segment import FLIGHT, TAIL
 from damper.models import extremes
 from damper.models import response as declared
 from damper.models.flights import Bounce, gap_of
-from damper.models.masses import NoFriction
 from damper.models.several import bodies as several
 from damper.models.several.motion import bodies_in, bounce_in, primary_after, state_in
 from damper.models.several.pinch import is_pinched, lost_in_pinch, share_of_pinch
@@ -122,26 +121,14 @@ def _gap_of_tail(model, segment, tau):
     return float(bodies[number, 0])
 
 
-@by_class
-def rubbed_in(
-    friction: Any, model: Any, segment: Any, low: float, high: float, carried: float
-) -> float:
+@compiled
+def _rubbed_in(model, segment, start, low, high, carried):
     """Energy lost in dry friction in a part of a segment; `carried` is the primary's way."""
-
-
-@rubbed_in.of(NoFriction)
-def _nothing_rubbed(friction, model, segment, low, high, carried):
-    return 0.0
-
-
-@rubbed_in.of(several.Frictions)
-def _rubbed_in(friction, model, segment, low, high, carried):
-    # A slide goes one way.
-    start = several.begin(model, segment)
     lost = 0.0
     for k in range(len(segment.bodies)):
         b = segment.bodies[k]
         if b[several.MODE] == FLIGHT and b[several.SLIP_DIRECTION] != 0.0:
+            # A slide goes one way.
             moved = _moved(model.mass, model, segment, start, k, low, high)
             slid = abs(moved + float(b[several.SIDE]) * carried)
             lost += float(model.masses[k, several.RATIO]) * several.friction_of(model, k) * slid
@@ -219,7 +206,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
     moving = declared.ShiftedOscillator(start.osc, start.primary, 0.0)
     found = declared.oscillation(moving, low, high, math.inf if smooth else peak)
     work = model.free.strength * (1.0 + start.joined * model.share) * found.work
-    rubbed = rubbed_in(model.friction, model, s, low, high, carried)
+    rubbed = _rubbed_in(model, s, start, low, high, carried)
     support = _lost_by_joined(model, s, start, found.speed_square, share, side, low, high)
     for k in range(len(s.bodies)):
         if not several.is_joined(s.bodies[k, several.MODE]):

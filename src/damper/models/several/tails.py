@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.bodies import WeightedSum, start_point
+from damper.engine.bodies import WeightedSum
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.search import GAVE_UP, EventPoint, first_root
@@ -20,7 +20,7 @@ from damper.engine.segment import (
     Segment,
 )
 from damper.engine.tuples import changed
-from damper.models.flights import completes, completes_rubbing, gap_of
+from damper.models.flights import completes, completes_rubbing, first_wall, gap_of
 from damper.models.masses import NoFriction, Rigid
 from damper.models.masses.holds import Hold, hold_at_start
 from damper.models.several.bodies import (
@@ -103,14 +103,11 @@ def next_event(
         root = first_root(hold, here, width, lifts_off, last, 0.0)
         return NextEvent(root.point.tau + root.step, root.side, root.steps, False)
     seg, view, own = flight_of_body(single, m, b, start)
-    stop = first_stop(friction, own, view, seg, b.slip, last, slowest)
+    stop = slide_end(friction, own, view, seg, b.slip, last, slowest)
     if stop.side == GAVE_UP:
         return stop
     moving = less(gap_of(own, view, seg, 1.0), margin, 0.0)
-    here = start_point(moving)
-    lifts_off = seg.gap == 0.0 and seg.gap_rate == 0.0 and here.second == 0.0
-    width = 2.0 * (view.clearance - margin)
-    root = first_root(moving, here, width, lifts_off, stop.tau, 0.0)
+    root = first_wall(moving, 2.0 * (view.clearance - margin), stop.tau)
     tau, steps = root.point.tau + root.step, stop.steps + root.steps
     if root.side == GAVE_UP or (root.side != 0.0 and tau <= stop.tau):
         return NextEvent(tau, root.side, steps, False)
@@ -127,13 +124,13 @@ _shifted = changed(WeightedSum, "value", "slope")
 
 
 @by_class
-def first_stop(
+def slide_end(
     friction: Any, own: Any, view: Rigid, segment: Segment, way: float, last: float, slowest: float
 ) -> NextEvent:
     """When a slide has slowed down to this speed; up to a time."""
 
 
-@first_stop.of(NoFriction)
+@slide_end.of(NoFriction)
 def _no_stop(friction, own, view, segment, way, last, slowest):
     return NextEvent(last, 0.0, 0, False)
 
