@@ -71,6 +71,10 @@ class ResponseIntegrals(NamedTuple):
     """Largest |x| so far."""
 
 
+#: The integrals with other ones of these, in this order.
+with_energies = changed(ResponseIntegrals, "work", "loss", "support", "friction", "modulation")
+
+
 def prepare_tables(model: Any) -> tuple:
     """Load a model's module `response`, and return what it works out once for a run."""
     module = import_module(f"damper.models.{room_of(models_of(model)[0])}.response")
@@ -324,8 +328,7 @@ def primary_in_flight(
 ) -> ResponseIntegrals:
     """Contribution of the primary's motion on [low, high] of a flight."""
     found = oscillation(flying_primary(model, segment), low, high, peak)
-    square, speed_square, work = found.square, found.speed_square, model.free.strength * found.work
-    return ResponseIntegrals(square, speed_square, work, 0.0, 0.0, 0.0, 0.0, found.peak)
+    return with_energies(found, model.free.strength * found.work, 0.0, 0.0, 0.0, 0.0)
 
 
 # Two functions: with gravity the oscillators of flight and contact are of different classes.
@@ -409,10 +412,7 @@ def integrate_flight(
             )
             energy += push * y
             support += energy if k == 0 else -energy
-    return _in_flight(found, found.work + on_mass, 0.0, support, friction, 0.0)
-
-
-_in_flight = changed(ResponseIntegrals, "work", "loss", "support", "friction", "modulation")
+    return with_energies(found, found.work + on_mass, 0.0, support, friction, 0.0)
 
 
 @compiled
@@ -436,9 +436,7 @@ def _integrate_contact(model, s, low, high, peak):
     if damping > 0.0:
         support = 2.0 * damping * _mass_speed_square(model, s, low, high, found.speed_square)
     push = model.free.strength + inertia * strength_on(model.mass)
-    found = ResponseIntegrals(
-        found.square, found.speed_square, push * found.work, 0.0, support, 0.0, 0.0, found.peak
-    )
+    found = with_energies(found, push * found.work, 0.0, support, 0.0, 0.0)
     if not in_tail:
         return found
     tail = tail_of(model, model.mass_ratio, s, moving.start, moving.shift)
@@ -556,11 +554,8 @@ def with_rubbing_bounces(
     restitution = bounce.shrinks * math.sqrt(bounce.out / bounce.back)
     rubbed = bounce.out - bounce.back
     rubbed /= bounce.out - restitution * restitution * bounce.back
-    found = _about(centre, speed_square, work, (1.0 - rubbed) * lost, max(centre.peak, abs(x)))
-    return _with_friction(found, rubbed * lost, 0.0)
-
-
-_with_friction = changed(ResponseIntegrals, "friction", "modulation")
+    found = _about(centre, speed_square, work, 0.0, max(centre.peak, abs(x)))
+    return with_energies(found, work, (1.0 - rubbed) * lost, found.support, rubbed * lost, 0.0)
 
 
 @compiled

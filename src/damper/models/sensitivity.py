@@ -19,9 +19,18 @@ from damper.engine.bodies import body_at
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class_or_default
 from damper.engine.forcing import phase_at
-from damper.engine.model import begin, mass_ratio_at, motion
+from damper.engine.model import begin, mass_ratio_at, motion, read_segment
 from damper.engine.oscillator import increments, motion_from
-from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity, segment_at
+from damper.engine.segment import (
+    CONTACT,
+    FLIGHT,
+    IMPACT,
+    RESTING,
+    STICKING,
+    TAIL,
+    Segment,
+    centre_velocity,
+)
 from damper.engine.tuples import changed
 from damper.models import model_of
 from damper.models.flights import course_of
@@ -42,8 +51,8 @@ class Stencil(NamedTuple):
     models: tuple[Any, Any, Any, Any]
     weights: tuple[float, float, float, float]
     """They add up to zero."""
-    clearance: Any
-    """Derivative of the clearance, or of that of each of several free masses."""
+    clearance: np.ndarray
+    """Derivative of the clearance of each free mass."""
 
 
 def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
@@ -85,8 +94,7 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
             powers = np.vander(steps, increasing=True).T
             weights = np.linalg.solve(powers, [0.0, 1.0 / step, 0.0, 0.0]).tolist()
             clearances = [clearances_of(model) - clearances_of(models[0]) for model in models]
-            moved = np.dot(weights, clearances)
-            return Stencil(tuple(models), tuple(weights), moved if moved.ndim else float(moved))
+            return Stencil(tuple(models), tuple(weights), np.dot(weights, clearances))
     raise ValueError(f"no derivative by {', '.join(rates)} at {parameters}")
 
 
@@ -101,81 +109,102 @@ def along_friction(names: Collection[str]) -> bool:
 
 
 @singledispatch
-def clearances_of(model: Any) -> Any:
-    """Clearance of a model, or of each of several free masses."""
-    return model.clearance
+def clearances_of(model: Any) -> np.ndarray:
+    """Clearance of each free mass."""
+    return np.array([model.clearance])
 
 
 @by_class_or_default
+def wall_of(model: Any, segment: Any, k: int) -> tuple[float, float]:
+    """Side of the wall of a free mass, and how the mass moves."""
+    return segment.side, segment.mode
+
+
+@by_class_or_default
+def strikes(model: Any, segment: Any) -> bool:
+    """Whether a segment is the first of those that the impacts of an instant begin."""
+    return segment.cause == IMPACT
+
+
+@compiled
 def follow_change(
     model: Any, stencil: Stencil, log: np.ndarray, change: np.ndarray, begun: bool
 ) -> None:
-    """Take a change of the state (4, 1), or of several free masses, along a piece of the log."""
+    """Take a change of the state, (4, 1) or of several free masses, along a piece of the log."""
     for index in range(len(log)):
-        s = segment_at(log[index])
+        s = read_segment(model, log[index])
         happened = begun or index > 0
-        # From the wall, but for a flight, which knows of none.
-        moved = s.side * stencil.clearance
-        change[2, 0] -= moved
+        # From the walls, but for masses that touch none.
+        _shift(model, s, stencil, change, -1.0, True, True)
         enter(model, s, change, happened)
-        if happened and s.cause == IMPACT:
+        if happened and strikes(model, s):
             _add(model, stencil, s, True, change)
-        if s.mode == FLIGHT:
-            change[2, 0] += moved
+        _shift(model, s, stencil, change, 1.0, False, True)
         over_time(model, s, 0.0, s.duration, change)
         _add(model, stencil, s, False, change)
-        if s.mode != FLIGHT:
-            change[2, 0] += moved
+        _shift(model, s, stencil, change, 1.0, True, False)
+
+
+@compiled
+def _shift(model, s, stencil, change, sign, on_walls, off_walls):
+    """Add changes of the walls to places: of masses on a wall, of others, or of both."""
+    for k in range(len(stencil.clearance)):
+        side, mode = wall_of(model, s, k)
+        touches = mode in (STICKING, TAIL, CONTACT)
+        if (touches and on_walls) or (not touches and off_walls):
+            change[2 + 2 * k, 0] += sign * side * stencil.clearance[k]
 
 
 @compiled
 def _add(model, stencil, s, struck, change):
-    """Add what the impact that begins a segment, or the flow over it, changes by."""
-    y = s.x + s.side * (model.clearance - s.gap)
-    v = s.v
-    if joins(model, s):
-        # A tail goes on with the masses' centre.
-        v = centre_velocity(s, mass_ratio_at(model, s.periods, s.time))
-    first = _lead(stencil.models[0], s, y, v, struck, stencil.models[0].cycle / model.cycle)
+    """Add what the impacts that begin a segment, or the flow over it, change by."""
+    found = np.zeros((2, len(change)))
+    lead(stencil.models[0], model, s, struck, found[0])
     for k in range(1, 4):
-        there = stencil.models[k]
-        other = _lead(there, s, y, v, struck, there.cycle / model.cycle)
-        for i in range(4):
-            change[i, 0] += stencil.weights[k] * (other[i] - first[i])
+        lead(stencil.models[k], model, s, struck, found[1])
+        for i in range(len(change)):
+            change[i, 0] += stencil.weights[k] * (found[1, i] - found[0, i])
 
 
-@compiled
-def _lead(model, s, y, v, struck, slower):
-    """Values of x, v, y and u later, without terms that are the same in all models.
+@by_class_or_default
+def lead(there: Any, model: Any, s: Any, struck: bool, found: np.ndarray) -> None:
+    """State later in a neighbouring model, without terms that are the same in all models.
 
-    From `y` and `v` at the start, with a period that is `slower` times as long.
+    From the start of a segment of `model`, with a cycle that is longer in proportion.
     """
+    slower = there.cycle / model.cycle
     if struck:
-        v, u = velocities_after(model, s, s.time * slower)
-        return 0.0, v, 0.0, u
-    if s.mode == FLIGHT:
-        return _flight(model, s, y, slower)
-    return _contact(model, s, v, slower)
+        found[1], found[3] = velocities_after(there, s, s.time * slower)
+    elif s.mode == FLIGHT:
+        found[0], found[1], found[2], found[3] = _flight(there, model, s, slower)
+    else:
+        found[0], found[1], found[2], found[3] = _contact(there, model, s, slower)
 
 
 @compiled
-def _flight(model, s, y, slower):
+def _flight(there, model, s, slower):
     tau = s.duration * slower
-    mass, shift = course_of(begin(model, s), model)
-    phase = phase_at(model.free.forcing, s.periods, s.time * slower)
-    dx, dv, _ = increments(model.free, motion_from(model.free, s.x - shift, s.v, phase), tau)
-    u = s.v - s.side * s.gap_rate
+    mass, shift = course_of(begin(there, s), there)
+    phase = phase_at(there.free.forcing, s.periods, s.time * slower)
+    dx, dv, _ = increments(there.free, motion_from(there.free, s.x - shift, s.v, phase), tau)
+    y, u = s.x + s.side * (model.clearance - s.gap), s.v - s.side * s.gap_rate
     dy, later = body_at(mass, y, u, phase, tau)
     return s.v * tau + dx, dv, dy, later - u
 
 
 @compiled
-def _contact(model, s, v, slower):
-    """State after a contact, the free mass's place measured from the wall."""
-    apart = 0.0 if joins(model, s) else 1.0
-    start = _beside(s, s.time * slower, v, apart * s.gap, apart * s.gap_rate)
-    x, v, gap, rate = motion(model, start, s.duration * slower)
-    return x, v, x - s.side * gap, v - s.side * rate
+def _contact(there, model, s, slower):
+    """State after a contact, the free mass's place measured from the wall that it touches."""
+    v, gap, rate = s.v, s.gap, s.gap_rate
+    if joins(model, s):
+        # A tail goes on with the masses' centre.
+        v, gap, rate = centre_velocity(s, mass_ratio_at(model, s.periods, s.time)), 0.0, 0.0
+    rests = s.mode == RESTING
+    if rests:
+        gap += there.clearance - model.clearance
+    start = _beside(s, s.time * slower, v, gap, rate)
+    x, v, gap, rate = motion(there, start, s.duration * slower)
+    return x, v, x if rests else x - s.side * gap, v - s.side * rate
 
 
 _beside = changed(Segment, "time", "v", "gap", "gap_rate")

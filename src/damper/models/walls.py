@@ -192,27 +192,13 @@ def _fly_on(start, model, segment, end):
         gap = min(max(own_gap, 0.0), travel_of(model))
     if abs(own_rate - rate) > ROUNDOFF * (abs(end.v) + abs(u)):
         rate = own_rate
-    periods, time = clock_after(model.cycle, s.periods, s.time, tau)
-    x, v = box_at(model.free, periods, time, end.x, end.v)
-    new = Segment(
-        periods,
-        time,
-        x,
-        v,
-        gap,
-        rate,
-        s.side,
-        FLIGHT,
-        NOTHING,
-        0.0,
-        v,
-        s.first_speed,
-        0.0,
-        0.0,
-        y,
-        u,
-    )
+    new = segment_after(s, model.cycle, tau, end.x, end.v, gap, rate, s.side, FLIGHT, NOTHING, 0.0)
+    x, v = box_at(model.free, new.periods, new.time, end.x, end.v)
+    new = _flown(new, x, v, v, y, u)
     return Step(tau, False, end.outcome == GAVE_UP, end.steps, new, begin(model, new))
+
+
+_flown = changed(Segment, "x", "v", "v_before", "y", "u")
 
 
 @compiled
@@ -317,26 +303,20 @@ def initial_segment_of(
     gap = clearance - side * relative
     rate = -side * (u - v)
     mode = FLIGHT
-    cause = NOTHING
     if travel_of(model) == 0.0:
         # Stuck between both walls for good, with the common velocity that keeps the momentum.
-        side = 0.0
-        mass_ratio = mass_ratio_at(model, periods, time)
-        v = mean_of(mass_ratio, v, u)
-        gap = 0.0
-        rate = 0.0
-        mode = STICKING
+        v = mean_of(mass_ratio_at(model, periods, time), v, u)
+        side, gap, rate, mode = 0.0, 0.0, 0.0, STICKING
     elif gap <= slack(clearance, x, y):
         gap = 0.0
-        if rate == 0.0:
-            here = Segment(
-                periods, time, x, v, 0.0, 0.0, side, FLIGHT, NOTHING, 0.0, v, 0.0, 0.0, 0.0, y, u
-            )
-            if stays(begin(model, here), model, here):
-                mode = STICKING
-                cause = STICK
-    new = Segment(periods, time, x, v, gap, rate, side, mode, cause, 0.0, v, 0.0, 0.0, 0.0, y, u)
+    new = Segment(periods, time, x, v, gap, rate, side, mode, NOTHING, 0.0, v, 0.0, 0.0, 0.0, y, u)
+    touches = gap == 0.0 and rate == 0.0 and mode == FLIGHT
+    if touches and stays(begin(model, new), model, new):
+        new = _joined(new, STICKING, STICK)
     new = exactly(model.mass, model, new, new)
-    if rate == 0.0 and mode == FLIGHT:
+    if rate == 0.0 and new.mode == FLIGHT:
         return rest_or_slide(begin(model, new), model, new)
     return new
+
+
+_joined = changed(Segment, "mode", "cause")

@@ -88,9 +88,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
             _, _, gap, _ = motion(model, segment, high if k == 1 else low)
             gap = min(gap, 0.0)
             loss += (1.0 if k == 0 else -1.0) * 0.5 * model.contact.stiffness * gap * gap
-    return declared.ResponseIntegrals(
-        found.square, found.speed_square, found.work, loss, 0.0, 0.0, 0.0, found.peak
-    )
+    return declared.with_energies(found, found.work, loss, 0.0, 0.0, 0.0)
 
 
 @declared.integrate_segment.of(CompliantPair)

@@ -170,5 +170,5 @@ def _fly(model, s, start):
     return Step(last, new.cause != NOTHING, gave_up, steps, new, begun)
 
 
-# Friction, deviations and sensitivities are parts of this model that need all of the above.
-from damper.models.several import friction, sensitivity, tangent  # noqa: E402, F401
+# Deviations and sensitivities are parts of this model that need all of the above.
+from damper.models.several import sensitivity, tangent  # noqa: E402, F401

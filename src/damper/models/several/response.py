@@ -223,9 +223,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
         for tau in (low, high):
             _, _, bodies = bodies_in(model, s, tau)
             lost = lost_in_pinch(model, start, bodies) - lost
-    found = declared.ResponseIntegrals(
-        found.square, found.speed_square, work, -lost, 0.0, 0.0, 0.0, found.peak
-    )
+    found = declared.with_energies(found, work, -lost, 0.0, 0.0, 0.0)
     # Of the reduced mass that bounces, as the primary carries what sticks.
     heavier = 1.0
     if ratio > 0.0:
@@ -246,13 +244,5 @@ def _integrate_segment(model, tables, segment, low, high, peak):
             found = declared.with_bounces(found, tail, low, high, peak)
         else:
             found = declared.with_rubbing_bounces(model, s, found, tail, bounce, low, high)
-    return declared.ResponseIntegrals(
-        found.square,
-        found.speed_square,
-        found.work,
-        heavier * found.loss,
-        support,
-        rubbed + heavier * found.friction,
-        0.0,
-        found.peak,
-    )
+    loss, friction = heavier * found.loss, rubbed + heavier * found.friction
+    return declared.with_energies(found, found.work, loss, support, friction, 0.0)

@@ -5,14 +5,11 @@ As `damper.models.sensitivity`, by impacts and flows of neighbouring models from
 
 from typing import Any
 
-import numpy as np
-
 from damper.engine.bodies import body_at
 from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at
-from damper.engine.model import read_segment
 from damper.engine.oscillator import increments, motion_from
-from damper.models import sensitivity, tangent
+from damper.models import sensitivity
 from damper.models.several.bodies import (
     CLEARANCE,
     GAP,
@@ -42,55 +39,25 @@ def _clearances_of(model: Several) -> Any:
     return model.masses[:, CLEARANCE]
 
 
-@sensitivity.follow_change.of(Several)
-def _follow_change(model, stencil, log, change, begun):
-    for index in range(len(log)):
-        s = read_segment(model, log[index])
-        happened = begun or index > 0
-        # From the wall, but for a flight, which knows of none.
-        _shift(s, stencil, change, -1.0, True)
-        tangent.enter(model, s, change, happened)
-        if happened and begins_impacts(s):
-            _add(model, stencil, s, True, change)
-        _shift(s, stencil, change, 1.0, False)
-        tangent.over_time(model, s, 0.0, s.duration, change)
-        _add(model, stencil, s, False, change)
-        for k in range(len(s.bodies)):
-            if is_on_wall(s.bodies[k, MODE]):
-                change[2 + 2 * k, 0] += s.bodies[k, SIDE] * stencil.clearance[k]
+@sensitivity.wall_of.of(Several)
+def _wall_of(model, segment, k):
+    return float(segment.bodies[k, SIDE]), float(segment.bodies[k, MODE])
+
+
+sensitivity.strikes.of(Several)(begins_impacts)
+
+
+@sensitivity.lead.of(Several)
+def _lead(there, model, s, struck, found):
+    if struck:
+        _after_impacts(there, model, s, found)
+    else:
+        _after(there, model, s, begin(model, s).primary.v, found)
 
 
 @compiled
-def _shift(s, stencil, change, sign, joined):
-    """Take changes of places from the walls, or back; of masses that stick where asked."""
-    for k in range(len(s.bodies)):
-        b = s.bodies[k]
-        sticks = is_on_wall(b[MODE])
-        if (sticks and joined) or (b[GAP] == 0.0 and not sticks):
-            change[2 + 2 * k, 0] += sign * b[SIDE] * stencil.clearance[k]
-
-
-@compiled
-def _add(model, stencil, s, struck, change):
-    """Add what the impacts that begin a segment, or the flow over it, change by."""
-    here = begin(model, s)
-    first = _lead(stencil.models[0], model, s, here.primary.v, struck)
-    for k in range(1, 4):
-        other = _lead(stencil.models[k], model, s, here.primary.v, struck)
-        for row in range(len(change)):
-            change[row, 0] += stencil.weights[k] * (other[row] - first[row])
-
-
-@compiled
-def _lead(there, model, s, v, struck):
-    """State later in a neighbouring model, without terms that are the same in all models."""
-    return _after_impacts(there, model, s) if struck else _after(there, model, s, v)
-
-
-@compiled
-def _after_impacts(there, model, s):
+def _after_impacts(there, model, s, found):
     """Velocities after the impacts that begin a segment, those of joined masses their centre's."""
-    found = np.zeros(2 + 2 * len(s.bodies))
     sides, _, pushes = impulses(model, s)
     _, levels, _ = impulses(there, s)
     v = s.v_before + change_by(there.masses[:, RATIO], levels, pushes)
@@ -111,13 +78,11 @@ def _after_impacts(there, model, s):
     for k in range(len(s.bodies)):
         if is_joined(s.bodies[k, MODE]):
             found[3 + 2 * k] = found[1]
-    return found
 
 
 @compiled
-def _after(there, model, s, v):
+def _after(there, model, s, v, found):
     """Change of the state by the flow over a segment, with a cycle that is longer in proportion."""
-    found = np.zeros(2 + 2 * len(s.bodies))
     slower = there.cycle / model.cycle
     offsets, beside = offsets_in(model, s.bodies), offsets_in(there, s.bodies)
     for k in range(len(offsets)):
@@ -137,4 +102,3 @@ def _after(there, model, s, v):
             mass = flying(there.single, mass_at(there, k), float(b[SLIP_DIRECTION]))
             way, later = body_at(mass, y, u, phase, tau)
             found[2 + 2 * k], found[3 + 2 * k] = way, later - u
-    return found

@@ -7,7 +7,7 @@ import numpy as np
 
 from damper.engine.bodies import WeightedSum
 from damper.engine.compiled import compiled
-from damper.engine.dispatch import by_class, by_class_or_default
+from damper.engine.dispatch import by_class
 from damper.engine.search import GAVE_UP, EventPoint, first_root
 from damper.engine.segment import (
     FLIGHT,
@@ -22,21 +22,19 @@ from damper.engine.segment import (
 from damper.engine.tuples import changed
 from damper.models.flights import completes, completes_rubbing, first_wall, gap_of
 from damper.models.masses import NoFriction, Rigid
-from damper.models.masses.holds import Hold, hold_at_start
+from damper.models.masses.holds import Hold, first_stop, hold_at_start
 from damper.models.several.bodies import (
     CAUSE,
     CLEARANCE,
     COMPLETION,
     GAP,
-    LEVEL,
     MODE,
-    MOST,
     RATE,
     RATIO,
     SIDE,
     SLIP_DIRECTION,
     SPEED,
-    WALL,
+    Frictions,
     MassConstants,
     MassState,
     Several,
@@ -57,12 +55,9 @@ from damper.models.several.bodies import (
     segment_of,
     single_mass_view,
 )
-from damper.models.several.contacts import common_motion, negligible
+from damper.models.several.collapse import change_by_rest, close_at_both_walls
+from damper.models.several.contacts import decide_contacts, negligible
 from damper.models.several.log import segment_of_all
-from damper.models.several.pinch import SHORTEST
-
-#: Acceleration, in units of F0/M, beyond which none is promised: weights are up to this.
-_LARGEST = 1e6
 
 
 class NextEvent(NamedTuple):
@@ -135,6 +130,17 @@ def _no_stop(friction, own, view, segment, way, last, slowest):
     return NextEvent(last, 0.0, 0, False)
 
 
+@slide_end.of(Frictions)
+def _slide_end(friction, own, view, segment, way, last, slowest):
+    if way == 0.0:
+        return NextEvent(last, 0.0, 0, False)
+    gap = gap_of(own, view, segment, -way * segment.side)
+    stop = first_stop(less(gap, 0.0, slowest), last)
+    if stop.tau <= last:
+        return NextEvent(stop.tau, 1.0, stop.steps, True)
+    return NextEvent(last, GAVE_UP if stop.gave_up else 0.0, stop.steps, False)
+
+
 @compiled
 def is_balanced(here: EventPoint, width: float) -> bool:
     """Whether all that holds a mass is just enough, and stays so."""
@@ -170,51 +176,22 @@ def close(model: Several, s: SeveralSegment, start: Start) -> tuple[float, bool]
             b = body_in(s.bodies, k)
             if b.mode != FLIGHT or b.gap != 0.0 or b.cause == NOTHING:
                 continue
-            chatter = ChatterSequence(math.inf, 0.0, 0.0)
-            if b.rate > 0.0:
-                ratio = _chattering_with(model, s.bodies, k)
-                chatter = _chatter_of(model.single, mass_at(model, k), b, start, ratio)
-            if ends_now(model.friction, model, s, start, k, chatter):
+            if is_negligible(model, s, start, k, 0.0):
                 any_rests = True
                 continue
-            lasts = negligible(model.tolerance) < chatter.left < math.inf and b.cause == IMPACT
-            if lasts and _is_closed(model, s, start, k, chatter):
-                return s.v, True
+            if b.rate > 0.0 and b.cause == IMPACT:
+                ratio = _chattering_with(model, s.bodies, k)
+                chatter = _chatter_of(model.single, mass_at(model, k), b, start, ratio)
+                lasts = negligible(model.tolerance) < chatter.left < math.inf
+                if lasts and _is_closed(model, s, start, k, chatter):
+                    return s.v, True
     if any_rests:
         change = merge_at_rest(model, s)
     if faded or any_rests:
-        decide_again(model.friction, model, s, s.v + change)
+        # Slides may have turned round.
+        decide_contacts(model, segment_of_all(s.periods, s.time, s.x, s.v + change, s.bodies), TAIL)
         return s.v + change, True
     return s.v, False
-
-
-@by_class
-def close_at_both_walls(
-    friction: Any, model: Several, s: SeveralSegment, start: Start
-) -> tuple[bool, float]:
-    """Close what masses do with one another in no time, in place.
-
-    Returned is whether they do so, and the change of the primary's velocity.
-    """
-
-
-@by_class
-def ends_now(
-    friction: Any, model: Several, s: SeveralSegment, start: Start, k: int, chatter: ChatterSequence
-) -> bool:
-    """Whether a sequence has less left than what counts as none."""
-
-
-@by_class_or_default
-def decide_again(friction: Any, model: Several, s: SeveralSegment, v: float) -> None:
-    """Ask who rests once others have come to rest, in place: here nothing has changed for them."""
-
-
-@ends_now.of(NoFriction)
-def _is_over(friction, model, s, start, k, chatter):
-    if chatter.left > negligible(model.tolerance):
-        return False
-    return not _meets_another(s.bodies, k, chatter.left)
 
 
 @compiled
@@ -246,85 +223,6 @@ def _is_closed(model, s, start, k, chatter):
         if _chatters_with(model, bodies, k, j):
             bodies[j, MODE], bodies[j, COMPLETION], bodies[j, SLIP_DIRECTION] = TAIL, left, 0.0
     return True
-
-
-@compiled
-def _meets_another(bodies, k, left):
-    """Whether a mass comes to the opposite wall before a sequence is over: it begins anew."""
-    for j in range(len(bodies)):
-        c = bodies[j]
-        if c[MODE] == FLIGHT and c[SIDE] != bodies[k, SIDE] and c[GAP] < -c[RATE] * left:
-            return True
-    return False
-
-
-@close_at_both_walls.of(NoFriction)
-def _fade(friction, model, s, start):
-    any_brief = False
-    for k in range(len(s.bodies)):
-        b, p = body_in(s.bodies, k), start.primary
-        if b.mode == FLIGHT and b.gap == 0.0 and b.rate > 0.0 and b.cause == IMPACT:
-            m = mass_at(model, k)
-            own = own_acceleration(model.single, m, b, s.x, s.v, p.phase, 0.0)
-            pressed = negligible(model.tolerance) * abs(p.a - own)
-            any_brief = any_brief or 2.0 * b.speed <= pressed
-    return any_brief and _close_together(model, s), 0.0
-
-
-@compiled
-def _close_together(model, s):
-    """Close what masses at both walls do with one another in no time.
-
-    Each impact disturbs the other masses, so no chatter sequence is one by itself, and an elastic
-    mass has no sequence; all lose speed as long as one mass is not elastic. The masses rest, or
-    leave their walls at once, where the contact forces would stop them in a hundredth of the
-    accuracy.
-    """
-    bodies, longest = s.bodies, negligible(model.tolerance)
-    count = len(bodies)
-    slow = np.abs(bodies[:, RATE]) <= longest * _LARGEST
-    inside = slow & (bodies[:, MODE] == FLIGHT) & (bodies[:, GAP] <= longest)
-    last = count + 1
-    forces = np.zeros(count)
-    while np.sum(inside) < last:
-        last = int(np.sum(inside))
-        bodies[:, WALL] = np.where(inside | (bodies[:, MODE] == STICKING), bodies[:, SIDE], 0.0)
-        bodies[:, MOST] = 0.0
-        common = common_motion(model, s)
-        for k in range(count):
-            b = bodies[k]
-            forces[k] = abs(b[LEVEL] - common.a) if b[WALL] != 0.0 else 0.0
-            brief = 2.0 * abs(b[RATE]) <= longest * forces[k]
-            inside[k] = inside[k] and brief and b[GAP] <= longest * longest * forces[k]
-    left, any_loses, facing = SHORTEST, False, 0.0
-    for k in range(count):
-        if inside[k]:
-            facing += float(bodies[k, SIDE])
-            left = max(left, 2.0 * abs(float(bodies[k, RATE])) / float(forces[k]))
-            any_loses = any_loses or _loses(model, bodies, k)
-    if abs(facing) == last or not any_loses:
-        return False
-    for k in range(count):
-        if inside[k]:
-            bodies[k, MODE], bodies[k, COMPLETION] = TAIL, -left
-    return True
-
-
-@compiled
-def _loses(model, bodies, k):
-    """Whether a mass loses speed at its wall."""
-    return restitution_of(mass_at(model, k), float(bodies[k, SIDE])) < 1.0
-
-
-@compiled
-def change_by_rest(model: Several, bodies: np.ndarray, rests: np.ndarray, joined: float) -> float:
-    """Change of the primary's velocity where masses come to rest on it, those marked by 1."""
-    heavier, pushed = 1.0 + joined, 0.0
-    for k in range(len(bodies)):
-        ratio = float(rests[k] * model.masses[k, RATIO])
-        heavier += ratio
-        pushed += float(bodies[k, SIDE]) * ratio * float(bodies[k, RATE])
-    return -pushed / heavier
 
 
 @compiled
@@ -380,7 +278,7 @@ def is_negligible(model: Several, s: SeveralSegment, start: Start, k: int, chang
     joined = 1.0 + start.joined
     out = b.side * (own_acceleration(model.single, m, b, s.x, s.v, p.phase, b.slip) - p.a)
     back = out - 2.0 * (joined + m.ratio) / joined * m.friction
-    if back < 0.0:
+    if back <= 0.0:
         return False
     shrinks = r * math.sqrt(back / out) if out > 0.0 else r
     left = abs(rate) * (back + math.sqrt(out * back))

@@ -160,7 +160,7 @@ def _over_time(model, s, low, high, deviations):
 
 @tangent.enter.of(Several)
 def _enter(model, s, deviations, happened):
-    if happened and begins_impacts(s):
+    if happened and begins_impacts(model, s):
         strike(model, s, deviations)
     elif happened and not stop(model, s, deviations):
         return
@@ -171,7 +171,7 @@ def _enter(model, s, deviations, happened):
 
 
 @compiled
-def begins_impacts(s: SeveralSegment) -> bool:
+def begins_impacts(model: Several, s: SeveralSegment) -> bool:
     """Whether a segment is the first of those that impacts of one instant begin."""
     return s.cause == IMPACT and s.bodies[0, PREVIOUS_STATE] != REPORTED
 

@@ -35,9 +35,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
     if s.mode == FLIGHT:
         found = declared.primary_in_flight(model, s, low, high, peak)
         work, gain = varying_in_flight(model.mass, model, s, low, high)
-        return declared.ResponseIntegrals(
-            found.square, found.speed_square, found.work + work, 0.0, 0.0, 0.0, gain, found.peak
-        )
+        return declared.with_energies(found, found.work + work, 0.0, 0.0, 0.0, gain)
     mass_ratio, _, _ = modulation(model.variation, s.periods, s.time)
     start = _centre(model, mass_ratio, s)
     in_tail = s.mode == TAIL
