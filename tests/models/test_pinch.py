@@ -12,6 +12,8 @@ from damper import Parameters, State, events
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
 from damper.models import start_run
 from damper.models.several.bodies import CAUSE, COMPLETION, GAP, LEFT, MODE, RATE, SIDE, WIDTH
+from damper.models.several.log import segment_of_all
+from damper.models.several.motion import state_in
 from damper.models.several.pinch import close_pinch, share_of_pinch
 from damper.models.tangent import derivative
 from damper.observers.common.laws import broken
@@ -141,6 +143,17 @@ def test_against_many_digits() -> None:
     sticks = [[r["time"] for r in rows if r["kind"] == 1], [e.time for e in later]]
     sticks[1] = [float(e.time) for e in later if e.kind == "stick"]
     assert sticks[0] == pytest.approx(sticks[1], abs=1e-11)
+
+
+def test_a_mass_that_rests_among_those_that_pinch_has_no_speed_left() -> None:
+    """It comes to rest on its wall at the instant at which the speeds of others fade away."""
+    model, bodies = pinched(0)
+    bodies[:, [MODE, GAP, RATE]] = TAIL, 0.0, 0.0
+    bodies[:, COMPLETION] = -1e-200, 0.0
+    segment = segment_of_all(0.0, 0.0, 0.1, 0.2, bodies)
+    x, v, y, u = state_in(model, segment, 0.0)
+    assert (x, v, u.tolist()) == (0.1, 0.2, [0.2, 0.2])
+    assert y.tolist() == [0.1 - 1.0, 0.1 + 1.0]
 
 
 def test_laws_and_energy() -> None:

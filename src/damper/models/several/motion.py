@@ -153,8 +153,9 @@ def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, flo
     for k in range(len(bodies)):
         b = bodies[k]
         if b[MODE] == TAIL and pinched:
-            # Gap and speed fade away in no time.
-            left = max(1.0 + tau / float(b[COMPLETION]), 0.0)
+            # Gap and speed fade away in no time, those of the masses that have some.
+            completion = float(b[COMPLETION])
+            left = max(1.0 + tau / completion, 0.0) if completion < 0.0 else 0.0
             b[GAP], b[RATE] = b[GAP] * left, b[RATE] * left
             change += float(b[SIDE] * model.masses[k, RATIO] * b[RATE]) / (1.0 + start.joined)
         elif b[MODE] == TAIL and b[RATE] > 0.0:
