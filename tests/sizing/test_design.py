@@ -1,6 +1,7 @@
 """An answer: its numbers are those of its studies, its page shows them, what is bad comes first."""
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,10 +12,12 @@ from scipy.signal import lsim
 from studies import cube_of
 
 from damper.sizing import study
-from damper.sizing.answer import Design, _answer, _changes, _orbit, _warnings, _without
+from damper.sizing.answer import Design, _answer, _changes, _orbit, _without
 from damper.sizing.answer import cube_of as cube_of_study
+from damper.sizing.clauses import clauses_of
+from damper.sizing.contact import STEEL, ball_diameter
 from damper.sizing.machine import machine_of, read_machine
-from damper.sizing.page import response
+from damper.sizing.page import box, response
 from damper.sizing.search import Search
 from damper.sizing.study import Sizes, WorstCase
 from damper.study.config import load_study
@@ -110,13 +113,40 @@ def test_what_amplifies_outside_of_its_band_says_so_first(found: Design, folder:
 def test_an_idle_free_mass_is_a_warning() -> None:
     """Without damper 7.4 mm at 19 Hz: the walls of a gap of 15 mm reach no free mass at rest."""
     judge = WorstCase(machine_of(MACHINE))
-    small = {"worst": 5e-3, "fresh_ratio": 1.0}
-    told = [_warnings(judge, Sizes(8.0, gap, 0.3), small) for gap in (0.01, 0.015)]
-    assert told[0] == ()
+    small = {"worst": 5e-3, "fresh_ratio": 1.0, "without": 6e-3}
+    every = [clauses_of(judge, Sizes(8.0, gap, 0.3), small) for gap in (0.01, 0.015)]
+    told = [[one.warning for one in clauses if not one.passed] for clauses in every]
+    assert told[0] == []
     ratio = 0.95
     alone = 1e-3 * abs((1.0 + 0.1j * ratio) / (1.0 + 0.1j * ratio - ratio**2))
     assert judge.idle(Sizes(8.0, 0.015, 0.3)) == pytest.approx(alone, rel=1e-9)
     assert "by up to 7.38 mm in the band" in told[1][0]
+
+
+def test_each_clause_has_a_number_a_limit_and_a_verdict(found: Design) -> None:
+    clauses = {one.number: one for one in found.clauses}
+    assert list(clauses) == sorted(clauses)
+    assert not clauses["2.5"].passed
+    assert clauses["2.5"].value == found.outside_ratio
+    assert clauses["1.1"].passed
+    text = repr(found)
+    assert re.search(r"\n +2\.5 .* outside of the band +≤ 1\.01 +\S+ +NO\n", text)
+    assert sum(not one.passed for one in clauses.values() if one.warning) == len(found.warnings)
+
+
+def test_the_hardest_impact_is_that_of_its_momentum_and_energy(found: Design) -> None:
+    """Of 8 kg in a machine of 100 kg at r = 0.3: impulse (1 + r) m v, energy m v^2 (1 - r^2)/2."""
+    reduced, v = 800.0 / 108.0, found.approach_speed
+    assert math.isclose(found.impulse, 1.3 * reduced * v, rel_tol=1e-9)
+    assert math.isclose(found.impact_energy, 0.5 * reduced * v**2 * 0.91, rel_tol=1e-9)
+    assert 0.0 < found.power <= found.impact_rate * found.impact_energy * (1.0 + 1e-12)
+
+
+def test_the_box_is_drawn_with_its_dimensions(found: Design) -> None:
+    texts = {text.get_text() for text in box(found).axes[0].texts}
+    diameter = 1e3 * ball_diameter(8.0, STEEL.density)
+    assert {"10 mm", "direction of motion", f"ball, steel: Ø {diameter:.3g} mm"} <= texts
+    assert any(text.startswith(f"inside {diameter + 10.0:.4g} mm") for text in texts)
 
 
 def test_accelerations_may_count() -> None:
@@ -179,6 +209,9 @@ def test_a_machine_that_is_let_go(tmp_path: Path) -> None:
     given = {k: v for k, v in MACHINE.items() if k not in ("base_amplitude", "band")}
     found = answer(given | free, Sizes(8.0, 0.08, 0.3))
     assert found.worst < 0.62 * found.without
+    assert found.approach_speed < 0.05 * 40.0 * math.pi * (1.0 + 1.3 * 8.0 / 100.0) * 1.5
+    momentum = 800.0 / 108.0 * found.approach_speed
+    assert 1.2 * momentum < found.impulse <= 1.4 * momentum  # restitutions of 0.2 to 0.4
     assert found.units["worst"] == "s"
     found.save(tmp_path)
     worst = cube_of(load_study(tmp_path / "studies/worst.yaml"))

@@ -162,6 +162,35 @@ def box(
     ax.set_ylim(-0.5, 4.5)
 
 
+def box_with_ball(ax: Axes, inside: float, gap: float, ball: str, travel: str, length: str) -> None:
+    """Draw a ball at one wall of its box, and with a dashed line where it comes to rest last."""
+    from matplotlib.patches import Circle, Rectangle
+
+    size, wall = inside - gap, 0.5
+    high = size + 0.1
+    ax.add_patch(Rectangle((-wall, -wall), inside + 2 * wall, high + 2 * wall, **_BODY))
+    ax.add_patch(Rectangle((0.0, 0.0), inside, high, facecolor="white", edgecolor=BLACK, lw=0.9))
+    dashed = {"fill": False, "edgecolor": "#555555", "lw": 0.6, "ls": (0, (4, 3))}
+    ax.add_patch(Circle((0.5 * size + gap, 0.5 * size), 0.5 * size, **dashed))
+    ax.add_patch(Circle((0.5 * size, 0.5 * size), 0.5 * size, **_FREE))
+    top, below = high + wall, -wall
+    for x in (0.0, size, inside):
+        ax.plot([x, x], [0.0 if x == size else below, below - 1.2], **_THIN)
+    ax.plot([size, size], [0.5 * size, 0.0], **_THIN)
+    dimension(ax, 0.0, size, below - 0.6, ball, 7.0)
+    dimension(ax, size, inside, below - 0.6, travel, 7.0)
+    for x in (0.0, inside):
+        ax.plot([x, x], [below - 1.2, below - 1.8], **_THIN)
+    dimension(ax, 0.0, inside, below - 1.6, length, 7.0)
+    arrow = {"arrowstyle": "<|-|>", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 9.0}
+    at = 0.5 * inside
+    ends = (at + 1.5, top + 0.3), (at - 1.5, top + 0.3)
+    ax.annotate("", *ends, arrowprops=arrow | {"color": BLACK, "lw": 1.2})
+    _write(ax, at, top + 0.45, "direction of motion", "bottom", 7.0)
+    ax.set_xlim(-wall - 0.2, inside + wall + 0.2)
+    ax.set_ylim(below - 2.0, top + 1.1)
+
+
 def rotor(ax: Axes, unbalance: str) -> None:
     """Draw a rotor with an unbalance on the box."""
     from matplotlib.patches import Circle

@@ -20,6 +20,7 @@ SIZES: dict[str, dict[str, str]] = {
     "kg m": {"kg m": "1", "kg mm": "1e-3", "g m": "1e-3", "g mm": "1e-6"},
     "Hz": {"Hz": "1", "kHz": "1e3", "rpm": "1/60", "r/min": "1/60"},
     "rad/s": {"rad/s": "1"},
+    "Pa": {"Pa": "1", "kPa": "1e3", "MPa": "1e6", "GPa": "1e9"},
     "degree": {"degree": "1", "degrees": "1", "deg": "1"},
     "rad": {"rad": "1"},
     "1": {"%": "1e-2"},

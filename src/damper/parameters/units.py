@@ -73,7 +73,8 @@ _HANDY = {
         unit: [(least, size, prefix + unit) for least, size, prefix in prefixes]
         for units, prefixes in (
             (("N/m", "N s/m", "Hz"), [*_LARGE, (0.0, 1.0, "")]),
-            (("N", "J", "N s"), [*_LARGE, *_SMALL]),
+            (("Pa",), [*_LARGE, (0.0, 1.0, "")]),
+            (("N", "J", "N s", "W"), [*_LARGE, *_SMALL]),
             (("s", "m/s", "m/s2"), _SMALL),
         )
         for unit in units

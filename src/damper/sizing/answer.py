@@ -14,16 +14,22 @@ import numpy as np
 from damper.analysis.labels import label_of
 from damper.parameters.files import path_of
 from damper.parameters.lazy import pd, xr
+from damper.sizing.clauses import Clause, clauses_of, table_of
+from damper.sizing.contact import (
+    BALLS,
+    HARD_STEEL,
+    STEEL,
+    ball_diameter,
+    contact_modulus,
+    hertz_impact,
+    yield_speed,
+)
 from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
-from damper.sizing.search import DIGITS, Search
+from damper.sizing.search import DIGITS, MASS_PARTS, Search
 from damper.sizing.study import CHANGED, PART, Sizes, WorstCase, rounded
 from damper.sizing.words import ROUNDING, text_of
 from damper.sweep.progress import progress_bar
 
-#: More than without the damper, by more than transients leave.
-_MORE = 1.01
-#: Fresh runs that exceed the worst case by more than this are a warning.
-_EXCEEDED = 1.05
 #: Steps along the gap when a periodic motion is followed, and motions at most.
 _FOLLOW: Mapping[str, Any] = {"step": 0.05, "max_orbits": 120, "until_change": True}
 _GAPS = (0.4, 2.5)
@@ -70,12 +76,17 @@ class Design:
     weak_ratio: float = _number("largest over that without, half the record")
     strong_ratio: float = _number("the same, twice the record")
     impact_rate: float = _number("impacts, at most", "1/s")
-    approach_speed: float = _number("approach speed, at most", "m/s")
+    approach_speed: float = _number("hardest impact: speed of approach", "m/s")
+    impulse: float = _number("hardest impact: impulse", "N s")
+    impact_energy: float = _number("hardest impact: energy that it takes", "J")
+    power: float = _number("power lost in the stops, less than", "W")
     lowest_gap: float = _number("its periodic motion changes below the gap", "m")
     highest_gap: float = _number("its periodic motion changes above the gap", "m")
     warnings: tuple[str, ...] = ()
     """What has to be known first."""
     assumed: tuple[str, ...] = ()
+    clauses: tuple[Clause, ...] = ()
+    """Each check with its number, limit and value."""
     response: pd.DataFrame | None = None
     """What counts over the frequency in Hz: without damper, as built, and in the worst case; of
     free motion peaks, and under a record displacements, in m over the time in s."""
@@ -91,6 +102,8 @@ class Design:
     """Where random starts lead to at the worst frequency."""
     materials: pd.DataFrame | None = None
     """The best damper of each material, and its worst case."""
+    masses: pd.DataFrame | None = None
+    """What lighter free masses leave."""
     studies: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     """What every number is made from: name -> study, as a file has it."""
 
@@ -126,6 +139,17 @@ class Design:
         coarse = "" if self.quick else "; all but the first are from a coarser grid of dampers"
         grid = "frequencies and starts" if self.machine.band else "starts"
         every = (
+            (
+                "Checks",
+                "The number of a clause is the same on all cards; docs/sizing.md lists them.",
+                table_of(self.clauses),
+            ),
+            ("What to build", _about_building(self), _to_build(self)),
+            (
+                "Free mass against what it leaves",
+                f"Less mass, its gap near the best one, {by}{coarse}.",
+                self.masses,
+            ),
             ("Materials", f"The best damper of each material, {by}{coarse}.", self.materials),
             (
                 "How wrong things may be",
@@ -224,8 +248,11 @@ def design(
     with progress_bar(lambda: search.doing, "") as search.show:
         damper = search.best()
         each = search.best_of_each(damper) if judge.machine.materials else []
+        lighter = search.best_of_masses(damper)
+    found = _answer(search, damper)
     materials = _materials(judge.machine, [(one, search.bounds[one]) for one in each])
-    return _checked(replace(_answer(search, damper), materials=materials))
+    masses = _masses(judge, [(one, search.bounds[one]) for one in lighter])
+    return _checked(replace(found, materials=materials, masses=masses))
 
 
 def machine_from(machine: Any, given: Mapping[str, Any]) -> Machine:
@@ -300,9 +327,25 @@ def _by_closed_forms(judge: WorstCase) -> Design:
             f"{m.rate / math.tau:.4g} Hz: must be a band around it; or leave out quick"
         )
     of_each = [(one, found[0]) for one, found in zip(dampers, values, strict=True)]
-    warnings = _by_size(judge, damper)
-    found = _design(judge, damper, quick=True, closed_form=closed_form["value"], warnings=warnings)
-    return replace(found, materials=_materials(m, of_each))
+    found = _design(judge, damper, quick=True, closed_form=closed_form["value"])
+    lighter = [
+        Sizes(
+            part * damper.mass,
+            judge.closed_form_gap(part * damper.mass, damper.restitution),
+            damper.restitution,
+        )
+        for part in MASS_PARTS
+    ]
+    rounds = [
+        one._replace(mass=rounded(one.mass, DIGITS), gap=rounded(one.gap, DIGITS))
+        for one in lighter
+    ]
+    masses = [
+        (one, judge.closed_form(one).get("value", math.inf))
+        for one in rounds
+        if one.gap <= m.largest_gap
+    ]
+    return replace(found, materials=_materials(m, of_each), masses=_masses(judge, masses))
 
 
 def _materials(m: Machine, of_each: Sequence[tuple[Sizes, float]]) -> pd.DataFrame | None:
@@ -322,8 +365,75 @@ def _materials(m: Machine, of_each: Sequence[tuple[Sizes, float]]) -> pd.DataFra
     return pd.DataFrame(rows) if rows else None
 
 
+def _masses(judge: WorstCase, of_each: Sequence[tuple[Sizes, float]]) -> pd.DataFrame | None:
+    """Table of dampers with the largest value of each, and that over the one without."""
+    m, alone = judge.machine, float(_without(judge, judge.band).max())
+    rows = [
+        {
+            "free mass": text_of(damper.mass, "kg"),
+            "gap": text_of(damper.gap, "m"),
+            m.measured[2]: text_of(value, m.measured[1]),
+            "of that without": f"{100.0 * value / alone:.3g} %" if alone < math.inf else "",
+        }
+        for damper, value in of_each
+        if value < math.inf
+    ]
+    return pd.DataFrame(rows) if len(rows) > 1 else None
+
+
+def _stops(m: Machine) -> Any:
+    """Material of the stops, for the contact force."""
+    return STEEL if m.stop_modulus is None else STEEL._replace(modulus=m.stop_modulus)
+
+
+def _to_build(found: Design) -> pd.DataFrame:
+    """The ball of each material, the box that it needs, and its hardest impact by Hertz."""
+    m, rows = found.machine, []
+    reduced = found.free_mass * m.mass / (found.free_mass + m.mass)
+    for name, ball in BALLS.items():
+        diameter = ball_diameter(found.free_mass, ball.density)
+        row = {
+            "ball of": name,
+            "diameter": text_of(diameter, "m"),
+            "length inside": text_of(diameter + found.gap, "m", DIGITS),
+        }
+        if found.approach_speed > 0.0:
+            modulus = contact_modulus(ball, _stops(m))
+            hit = hertz_impact(reduced, found.approach_speed, 0.5 * diameter, modulus)
+            row |= {
+                "contact force": text_of(rounded(hit.force, 2), "N", 2),
+                "contact time": text_of(hit.time, "s", 2),
+                "pressed in by": text_of(hit.depth, "m", 2),
+            }
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def _about_building(found: Design) -> str:
+    text = "One ball has the whole free mass; the length inside is its diameter and the gap."
+    if not found.approach_speed > 0.0:
+        return text
+    own = found.machine.stop_modulus
+    of = "steel" if own is None else f"a Young's modulus of {text_of(own, 'Pa')}"
+    text += (
+        " Force, time and depth of the hardest impact are an estimate by Hertz: elastic, a ball on "
+        f"flat stops of {of} (`stop_modulus`; Poisson's ratio 0.3), that are thick, on stiff "
+        "walls."
+    )
+    limit = yield_speed(contact_modulus(STEEL, STEEL), HARD_STEEL, STEEL.density)
+    if own is None and found.approach_speed > limit:
+        text += (
+            f" Even hard steel yields a little from {text_of(limit, 'm/s', 2)} on: then the force "
+            "is less and the time longer."
+        )
+    return text
+
+
 def _design(judge: WorstCase, damper: Sizes, quick: bool, **numbers: Any) -> Design:
     m = judge.machine
+    without = float(_without(judge, judge.band).max())
+    clauses = tuple(clauses_of(judge, damper, numbers | {"without": without}))
+    failed = tuple(one.warning for one in clauses if one.warning and not one.passed)
     return Design(
         machine=m,
         quick=quick,
@@ -331,7 +441,9 @@ def _design(judge: WorstCase, damper: Sizes, quick: bool, **numbers: Any) -> Des
         mass_ratio=damper.mass / m.mass,
         gap=damper.gap,
         restitution=damper.restitution,
-        without=float(_without(judge, judge.band).max()),
+        without=without,
+        clauses=clauses,
+        warnings=failed + _by_size(judge, damper),
         assumed=tuple(_assumptions(judge, quick)),
         **numbers,
     )
@@ -339,17 +451,12 @@ def _design(judge: WorstCase, damper: Sizes, quick: bool, **numbers: Any) -> Des
 
 def _by_size(judge: WorstCase, damper: Sizes) -> tuple[str, ...]:
     """Warnings that need no runs."""
-    m, closed_form, found = judge.machine, judge.closed_form(damper), []
+    m = judge.machine
     if damper.gap >= 0.999 * m.largest_gap:
         asked = text_of(judge.closed_form_gap(damper.mass, damper.restitution), "m")
         more = "" if m.is_recorded else f"; the closed form asks for {asked}"
-        found.append(f"The gap is as large as there is room for{more}.")
-    if closed_form.get("largest", 0.0) > 1.05 * closed_form.get("value", math.inf):
-        found.append(
-            f"By the closed form {text_of(closed_form['largest'], m.measured[1])} are possible as "
-            "well: a machine that comes from such a motion may stay in it."
-        )
-    return tuple(found)
+        return (f"The gap is as large as there is room for{more}.",)
+    return ()
 
 
 def _assumptions(judge: WorstCase, quick: bool) -> Iterator[str]:
@@ -389,6 +496,7 @@ def _answer(search: Search, damper: Sizes) -> Design:
     if judge.machine.is_free:
         studies["envelope"] = judge.envelope(damper)
         numbers |= _decay_numbers(cube, cube_of(studies["envelope"]), judge.machine)
+        numbers |= _hardest(every)
     elif judge.machine.is_recorded:
         studies |= {"without": judge.without(), "history": judge.history(damper)}
         numbers |= _record_numbers(every, cube, cube_of(studies["history"]), judge)
@@ -405,8 +513,17 @@ def _answer(search: Search, damper: Sizes) -> Design:
     if orbit:
         numbers |= _margins(orbit, damper.gap)
     numbers |= _changes(judge, damper, frequency, orbit, studies)
-    warnings = _warnings(judge, damper, numbers) + _by_size(judge, damper)
-    return _design(judge, damper, quick=False, studies=studies, warnings=warnings, **numbers)
+    return _design(judge, damper, quick=False, studies=studies, **numbers)
+
+
+def _hardest(every: pd.DataFrame) -> dict[str, float]:
+    """Of all runs the hardest impact, and the most impacts and power of a run that repeats."""
+    names = [name for name in ("approach_speed", "impulse", "impact_energy") if name in every]
+    found = {name: float(every[name].max()) for name in names}
+    if "impact_rate" in every:
+        found["impact_rate"] = float(every.impact_rate.max())
+        found["power"] = float((every.impact_rate * every.impact_energy).max())
+    return found
 
 
 def _largest(every: pd.DataFrame, fresh: xr.DataArray) -> dict[str, Any]:
@@ -475,8 +592,7 @@ def _record_numbers(
         "tolerances": _tolerances(cube[m.measured[0]], m),
         "weak_ratio": float(over[0]),
         "strong_ratio": float(over[2]),
-        "impact_rate": float(every.impact_rate.max()),
-        "approach_speed": float(every.approach_speed.max()),
+        **_hardest(every),
     }
 
 
@@ -507,6 +623,8 @@ def _runs_of(motions: xr.Dataset, m: Machine, frequency: float) -> pd.DataFrame:
         "built": True,
         "impact_rate": frequency * motions.impacts_per_period.values,
         "approach_speed": motions.max_approach_speed.values,
+        "impulse": motions.max_impulse.values,
+        "impact_energy": motions.max_impact_loss.values,
     }
     return pd.DataFrame(made)
 
@@ -531,8 +649,7 @@ def _band_numbers(every: pd.DataFrame, cube: xr.Dataset, judge: WorstCase) -> di
         "band_ratio": float((every.value / _without(judge, every.frequency.tolist())).max()),
         "outside_ratio": float(ratio[out]),
         "outside_frequency": float(hertz[out]),
-        "impact_rate": float(every.impact_rate.max()),
-        "approach_speed": float(every.approach_speed.max()),
+        **_hardest(every),
         "response": pd.DataFrame(table),
         "tolerances": _tolerances(array.isel({axis: np.flatnonzero(inside)}), m),
     }
@@ -624,41 +741,6 @@ def _changes(
         "changes": pd.DataFrame(rows, columns=["more of", f"changes the {words} by"]),
         "found_by": f"Changes of the {words}{where}, found {how}.",
     }
-
-
-def _warnings(judge: WorstCase, damper: Sizes, numbers: Mapping[str, Any]) -> tuple[str, ...]:
-    m = judge.machine
-    found = []
-    if (idle := judge.idle(damper)) > numbers["worst"]:
-        found.append(
-            "A free mass at exact rest in space stays there where no wall comes. The machine then "
-            f"moves as without damper, by up to {text_of(idle, m.measured[1])} in the band. The "
-            "worst case leaves this out."
-        )
-    if numbers["fresh_ratio"] > _EXCEEDED:
-        found.append(
-            f"{numbers['fresh_share']:.2g} % of fresh random runs exceed the worst case that the "
-            f"search found, by up to {100.0 * numbers['fresh_ratio'] - 100.0:.2g} %."
-        )
-    if numbers["worst"] >= float(_without(judge, judge.band).max()):
-        found.append("It does not help: the worst case is no better than without it.")
-    if numbers.get("outside_ratio", 0.0) > _MORE:
-        found.append(
-            f"Outside of the band it amplifies: up to {numbers['outside_ratio']:.2f} times the "
-            f"{m.measured[2]} without it, at {numbers['outside_frequency']:.4g} Hz."
-        )
-    if numbers.get("band_ratio", 0.0) > _MORE:
-        found.append(
-            f"In the band, too, it amplifies somewhere: up to {numbers['band_ratio']:.2f} times "
-            f"the {m.measured[2]} there without it."
-        )
-    for name, words in (("weak_ratio", "half"), ("strong_ratio", "twice")):
-        if numbers.get(name, 0.0) > _MORE:
-            found.append(
-                f"Under {words} the record it amplifies: {numbers[name]:.2f} times the "
-                f"{m.measured[2]} without it."
-            )
-    return tuple(found)
 
 
 def _checked(found: Design) -> Design:

@@ -69,6 +69,9 @@ SETTINGS = {
     "mass_tolerance": Setting(0.0, "How far the free mass may be off, either way.", "kg", ge=0),
     "gap_tolerance": Setting(0.0, "How far the gap may be off, either way.", "m", ge=0),
     "restitution_tolerance": Setting(0.0, "How far that may be off, either way.", ge=0),
+    "stop_modulus": Setting(
+        None, "Young's modulus of the stops, for the contact force; steel.", "Pa", ge=1e3, le=1e13
+    ),
     "counts": Setting(
         AUTO,
         "What is to be small: peak_displacement, rms_displacement, peak_acceleration or "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
@@ -16,6 +17,7 @@ from damper.figures.common.layout import write_prefixes
 from damper.figures.common.panels import panel_grid
 from damper.figures.common.style import BLACK, COLUMN, VERMILION, label, save, style
 from damper.parameters.lazy import Figure
+from damper.sizing.contact import STEEL, ball_diameter
 from damper.sizing.machine import RECORDS, Machine
 from damper.sizing.search import DIGITS
 from damper.sizing.words import ROUNDING, text_of
@@ -25,11 +27,15 @@ from damper.tables import Table
 if TYPE_CHECKING:
     from damper.sizing.answer import Design
 
-_CSS = """body { font: 15px/1.45 sans-serif; max-width: 52em; margin: 2em auto; padding: 0 1em }
+_CSS = """:root { color-scheme: light dark; --line: #ddd; --warn: #fdeee6 }
+@media (prefers-color-scheme: dark) { :root { --line: #444; --warn: #4a2a17 }
+body { background: #16181b; color: #e4e4e4 } svg { filter: invert(0.9) hue-rotate(180deg) } }
+main > div { overflow-x: auto }
+body { font: 15px/1.45 sans-serif; max-width: 52em; margin: 2em auto; padding: 0 1em }
 table { border-collapse: collapse; margin: 0.8em 0 } svg { max-width: 100%; height: auto }
 figure { margin: 1em 0 } ul { padding-left: 1.2em }
-td, th { padding: 0.15em 0.9em 0.15em 0; text-align: left; border-bottom: 1px solid #ddd }
-blockquote { background: #fdeee6; border-left: 4px solid #D55E00; font-weight: bold;
+td, th { padding: 0.15em 0.9em 0.15em 0; text-align: left; border-bottom: 1px solid var(--line) }
+blockquote { background: var(--warn); border-left: 4px solid #D55E00; font-weight: bold;
 padding: 0.5em 0.8em; margin: 0.4em 0 }"""
 _STYLE = (
     f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{_CSS}</style>'
@@ -41,6 +47,8 @@ _WORST: dict[str, Any] = {"color": VERMILION, "lw": 1.0, "ls": "--", "label": "a
 _HIGHEST = 3.0
 #: Digits of what is given.
 _GIVEN = 6
+#: Length inside of the box as drawn, and the least of a ball or a gap.
+_INSIDE, _LEAST_SEEN = 8.0, 1.4
 #: Size of letters in the box of the sketch, in points.
 _SMALL = 7.0
 
@@ -48,7 +56,7 @@ _SMALL = 7.0
 #: Files of a page; its studies are in a folder of their own.
 _FILES = (
     *(f"design.{kind}" for kind in ("html", "md")),
-    *(f"{name}.{kind}" for name in ("sketch", "response") for kind in ("svg", "png")),
+    *(f"{name}.{kind}" for name in ("sketch", "box", "response") for kind in ("svg", "png")),
     *(f"{name}.csv" for name in ("numbers", "response", "record")),
     "machine.yaml",
 )
@@ -115,7 +123,7 @@ def write(design: Design, folder: Path) -> None:
         studies = {name: study | {"forcing": force} for name, study in studies.items()}
     texts["machine.yaml"] = dump_yaml(machine)
     texts |= {f"studies/{name}.yaml": dump_yaml(study) for name, study in studies.items()}
-    figures = {"sketch": sketch(design)}
+    figures = {"sketch": sketch(design), "box": box(design)}
     if design.response is not None:
         texts["response.csv"] = design.response.to_csv(index=False)
         figures["response"] = response(design)
@@ -145,6 +153,8 @@ def _body(design: Design) -> Iterator[str | pd.DataFrame]:
     for heading, text, frame in design.tables:
         yield f"## {heading}"
         yield text
+        if heading == "What to build":
+            yield "![The box with a steel ball, and the way of the ball](box.png)"
         yield frame
     yield "## What was assumed"
     yield "\n".join(f"- {text}" for text in design.assumed)
@@ -163,7 +173,7 @@ def html_of(table: Table, folder: Path) -> str:
     parts = []
     for part in table.body:
         if not isinstance(part, str):
-            parts.append(part.to_html(index=False, border=0))
+            parts.append(f"<div>{part.to_html(index=False, border=0)}</div>")
         elif found := re.fullmatch(r"!\[(.*)\]\((.*)\.png\)", part):
             drawn = (folder / f"{found[2]}.svg").read_text("utf-8")
             words = f"<figcaption>{escape(found[1])}</figcaption>"
@@ -204,6 +214,7 @@ def sketch(design: Design) -> Figure:
     """Draw the machine and its damper with their dimensions."""
     m, given = design.machine, design.machine.primary
     kind, amplitude = m.force
+    in_hertz = m.natural_frequency is not None
     force = text_of(amplitude, "N", _GIVEN) if kind == "harmonic" else ""
     with style():
         figure, ax = schematic.sheet()
@@ -211,8 +222,13 @@ def sketch(design: Design) -> Figure:
             ax,
             text_of(m.mass, "kg", _GIVEN),
             "",
-            text_of(given["stiffness"], "N/m", DIGITS),
-            text_of(given["damping"], "N s/m"),
+            # As the machine was given.
+            text_of(m.natural_frequency, "Hz", DIGITS)
+            if in_hertz
+            else text_of(given["stiffness"], "N/m", DIGITS),
+            f"{text_of(100.0 * m.damping_ratio, '%')} of critical"
+            if in_hertz
+            else text_of(given["damping"], "N s/m"),
             force if m.force_record is None else "$F(t)$",
             f"$x_0$ = {text_of(m.initial_displacement, 'm')}" if m.is_free else "$x$",
             "$y$",
@@ -229,6 +245,30 @@ def sketch(design: Design) -> Figure:
             length = text_of(0.5 * design.gap, "m", design.digits("gap") + 1)
             schematic.dimension(ax, first, last, 1.6, length, _SMALL)
         figure.set_size_inches(1.3 * COLUMN, 0.65 * COLUMN)
+    return figure
+
+
+def box(design: Design) -> Figure:
+    """Draw the box with a steel ball: diameter, gap, length inside, direction of motion."""
+    diameter = ball_diameter(design.free_mass, STEEL.density)
+    inside = diameter + design.gap
+    # To scale, unless ball or gap would not be seen.
+    drawn = min(max(_INSIDE * design.gap / inside, _LEAST_SEEN), _INSIDE - _LEAST_SEEN)
+    scaled = math.isclose(drawn, _INSIDE * design.gap / inside)
+    digits = design.digits("gap")
+    with style():
+        figure, ax = schematic.sheet()
+        schematic.box_with_ball(
+            ax,
+            _INSIDE,
+            drawn,
+            f"ball, steel: Ø {text_of(diameter, 'm')}",
+            text_of(design.gap, "m", digits),
+            f"inside {text_of(inside, 'm', DIGITS)}" + ("" if scaled else ", not to scale"),
+        )
+        (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+        width = 1.3 * COLUMN
+        figure.set_size_inches(width, width * (high - low) / (right - left))
     return figure
 
 

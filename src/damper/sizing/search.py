@@ -28,6 +28,9 @@ from damper.sweep.runs import run_points
 
 #: Gaps of the first grid: parts of that of the closed forms.
 _GAPS = (0.08, 5.0)
+#: Parts of the best damper's mass of which a card says what they leave, and of the gap that the
+#: closed form's goes with them: in a band the best one is a little less.
+MASS_PARTS, _LIGHTER_GAPS = (1.0, 0.75, 0.5), (1.0, 0.95, 0.9)
 #: Digits of masses and gaps: the best damper may stand next to where its motion ends.
 DIGITS = 4
 
@@ -150,6 +153,20 @@ class Search:
             for one in self.judge.machine.restitutions
         ]
 
+    def best_of_masses(self, found: Sizes) -> list[Sizes]:
+        """The damper `found`, and the best damper of each of `MASS_PARTS`, of a few gaps each.
+
+        Their gaps are to that of the found one as those of the closed forms.
+        """
+        m, made = self.judge.machine, [found]
+        of = self.judge.closed_form_gap(found.mass, found.restitution)
+        for mass in (self._mass(part * found.mass) for part in MASS_PARTS[1:]):
+            ratio = self.judge.closed_form_gap(mass, found.restitution) / of
+            gaps = [min(found.gap * part * ratio, m.largest_gap) for part in _LIGHTER_GAPS]
+            some = self._dampers([mass], gaps, [found.restitution])
+            made += [self.best_of(some)] if some else []
+        return made
+
     def _report(self, dampers: Sequence[Sizes]) -> None:
         """Report how many of these are tried; then the most cases that a promising one has run."""
         if self.show is None:
@@ -175,7 +192,7 @@ class Search:
         judge, m = self.judge, self.judge.machine
         cases = [*judge.cases, *self.near[damper]]
         chains = [judge.chain(damper, case) for case in cases]
-        observers = judge.observers | ({} if m.is_free else {"impacts": {}})
+        observers = judge.observers | {"impacts": {"largest": True}}
         arrays = _run(judge, chains, observers)
         points = [point for chain in chains for point in chain]
         values, own = arrays[m.measured[0]].reshape(-1) * m.size, judge.sizes(damper)
@@ -184,10 +201,14 @@ class Search:
             "frequency": [point["forcing_frequency"] / math.tau for point in points],
             "built": [own.items() <= point.items() for point in points],
         }
+        # Lengths of free motion are over half of the gap, which its tolerance changes.
+        length = np.array([0.5 * point["gap"] if m.is_free else m.length for point in points])
+        momentum = m.mass * m.rate * length
+        table["approach_speed"] = m.rate * length * arrays["max_approach_speed"]
+        table["impulse"] = momentum * arrays["max_impulse"]
+        table["impact_energy"] = momentum * m.rate * length * arrays["max_impact_loss"]
         if not m.is_free:
-            rate = np.array(table["frequency"])
-            table["impact_rate"] = rate * arrays["impacts_per_period"]
-            table["approach_speed"] = m.length * m.rate * arrays["max_approach_speed"]
+            table["impact_rate"] = np.array(table["frequency"]) * arrays["impacts_per_period"]
         return pd.DataFrame(table)
 
     def _about(self, damper: Sizes, ratio: float, parts: float) -> list[Sizes]:

@@ -480,7 +480,7 @@ class WorstCase:
         draws["initial_displacement"] = [-self.far, self.far]
         draws[_SPEED] = self._speeds
         own = {"response": {}} | self.observers
-        observers = {"motion": {"tolerance": 1e-4}, **own, "impacts": {}}
+        observers = {"motion": {"tolerance": 1e-4}, **own, "impacts": {"largest": True}}
         return self._study("motions from anywhere", {}, fixed, observers) | {"draws": draws}
 
     def _study(
