@@ -65,6 +65,19 @@ def test_what_is_wrong_is_told_with_what_would_be_feasible(given: dict, words: l
         assert word in str(error.value)
 
 
+def test_a_value_that_few_machines_have_is_asked_about_and_taken() -> None:
+    """A gap of 20 m may be meant, so it is no mistake; 20 mm is not spoken of."""
+    asked = damper.design(FRAME | {"largest_gap": 20.0}, quick=True)
+    assert repr(asked).splitlines()[1] == (
+        "! largest_gap = 20 m is unusual: 1e-06 to 0.5 m is usual. Is another unit meant, as in "
+        "20 mm? It is taken as it stands."
+    )
+    assert asked.machine.largest_gap == 20.0
+    assert not damper.design(FRAME | {"largest_gap": "20 mm"}, quick=True).warnings
+    damped = damper.design(FRAME | {"damping_ratio": 0.4}, quick=True)
+    assert "damping_ratio = 0.4 is unusual: 0 to 0.3 is usual" in damped.warnings[0]
+
+
 def test_each_mistake_has_a_line() -> None:
     with pytest.raises(ValueError, match=r".") as error:
         damper.design(**FRAME | {"mass": -1.0, "restitution": "a"}, quick=True)

@@ -217,6 +217,9 @@ def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> 
         asked = machine_from(machine, {k: v for k, v in given.items() if v is not None})
         folder = None if output is None else Path(path_of(output, "output", "folder"))
         older = prepare(folder, [machine, *asked.records]) if folder else []
+        if not quick:  # before the search; the card says it again
+            for text in asked.unusual:
+                click.echo(f"! {text}", err=True)
         found = design(asked, quick=quick)
         click.echo(repr(found))
         if folder:

@@ -443,7 +443,7 @@ def _design(judge: WorstCase, damper: Sizes, quick: bool, **numbers: Any) -> Des
         restitution=damper.restitution,
         without=without,
         clauses=clauses,
-        warnings=failed + _by_size(judge, damper),
+        warnings=m.unusual + failed + _by_size(judge, damper),
         assumed=tuple(_assumptions(judge, quick)),
         **numbers,
     )
