@@ -139,3 +139,17 @@ def test_classes_are_those_of_python(browser: Browser) -> None:
             assert any(one == class_of(p, start, k * 1e-10) for k in range(1, 100)), (p, start, one)
             others += 1
     assert others < 0.1 * len(lossy())
+
+
+def test_the_machine_of_the_form_moves_as_its_periodic_orbit(browser: Browser) -> None:
+    """100 kg at 31.8 Hz under 200 N; the peak that Python finds as a root of the motion's speed."""
+    given = {"mass": 100.0, "hertz": 31.8, "damping": 0.02, "force": 200.0, "free": 10.0}
+    given |= {"gap": 0.9e-3, "restitution": 0.3}
+    found = browser.value(f"damper.machine({json.dumps(given)})")
+    size = 200.0 / (100.0 * (2.0 * np.pi * 31.8) ** 2)
+    p = damper.Parameters(0.1, 0.02, 1.0, clearance=0.45e-3 / size, restitution=0.3)
+    orbit = damper.periodic_orbit(p)
+    assert orbit.stable
+    assert found["peak"] == pytest.approx(orbit.peak * size, rel=1e-3)
+    assert found["impacts"] == pytest.approx(2.0, abs=0.05)
+    assert found["alone"] == pytest.approx(25.0 * size, rel=1e-12)

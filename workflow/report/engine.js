@@ -272,6 +272,35 @@ damper.stepwise = function* (model, from, cycles, see, most = 1e6) {
   return null;
 };
 
+// A machine at resonance in SI units, its damping a ratio: the largest displacement of 40 cycles, that
+// without the damper, the impacts per cycle, and what the closed form of docs/theory.md says of the best
+// gap. The larger motion of two starts: at rest, and from the amplitude without the damper.
+damper.machine = ({ mass, hertz, damping, force, free, gap, restitution }) => {
+  const size = force / (mass * (2 * Math.PI * hertz) ** 2), ratio = free / mass, cycles = 40;
+  const model = damper.model({ mass_ratio: ratio, damping_ratio: damping, frequency_ratio: 1,
+    clearance: 0.5 * gap / size, restitution });
+  const before = Math.min(Math.max(Math.ceil(30 / (2 * Math.PI * (damping + 0.15 * ratio))), 100), 2000);
+  const alone = 0.5 / damping, bouncy = (1 + restitution) / (1 - restitution);
+  const best = 1 / (2 * damping + 4 * ratio / Math.PI * bouncy);
+  const run = (start) => {
+    let peak = 0, impacts = 0;
+    const see = (s) => {
+      if (s.cycles < before) return;
+      impacts += s.cause === IMPACT;
+      const count = Math.ceil(100 * s.duration / model.cycle);
+      const times = Array.from({ length: count + 1 }, (_, k) => k / Math.max(count, 1) * s.duration);
+      for (const [x] of damper.motion(model, s, times)) peak = Math.max(peak, Math.abs(x));
+    };
+    const work = damper.stepwise(model, start, before + cycles, see, 2e5);
+    for (let turn = work.next(); ; turn = work.next()) if (turn.done) return turn.value && { peak, impacts };
+  };
+  const found = [0, -alone].map((x) => run([x, 0, x + model.clearance, 0]));
+  if (!found.every(Boolean)) return null;
+  const worst = found[0].peak > found[1].peak ? found[0] : found[1];
+  return { peak: worst.peak * size, alone: alone * size, impacts: worst.impacts / cycles,
+    best: best * size, gap: Math.PI * bouncy * best * size };
+};
+
 // --- What motion it is, as damper.observers.motion and bursts say -----------------------------------
 
 // Watches a run from a whole number of cycles on; `visible`: part of a burst's first speed, or a speed.

@@ -646,6 +646,23 @@ damper.draw = (place) => {
   refresh(false);
 };
 
+// --- the reader's own machine, at the page's beginning
+const own = document.getElementById("own");
+const machine = () => {
+  const said = document.getElementById("own-said");
+  if (!own.checkValidity()) { said.textContent = "Each number must be within its range."; return; }
+  const given = Object.fromEntries([...new FormData(own)].map(([name, value]) => [name, Number(value)]));
+  const found = damper.machine({ ...given, damping: given.damping / 100, gap: given.gap / 1e3 });
+  const mm = (value) => `${Number((value * 1e3).toPrecision(3))} mm`;
+  said.textContent = !found ? "The run stopped early: too many impacts."
+    : `It moves ${mm(found.peak)} at most, without the damper ${mm(found.alone)}: ${Math.round(100 * found.peak / found.alone)} %. `
+    + `${Number(found.impacts.toPrecision(3))} impacts per cycle. The closed form for a light mass asks for a gap of ${mm(found.gap)}, and leaves ${mm(found.best)}. `
+    + "damper design sizes it over a band, with tolerances.";
+};
+own?.addEventListener("input", () => requestAnimationFrame(machine));
+own?.addEventListener("submit", (event) => event.preventDefault());
+if (own) addEventListener("load", () => setTimeout(machine));
+
 damper.drawn = [];
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => damper.drawn.forEach((one) => one.refresh()));
 
