@@ -12,6 +12,7 @@ import numpy as np
 
 from damper.engine.compiled import compiled
 from damper.engine.forcing import rate_of
+from damper.engine.lending import lent
 from damper.engine.model import begin, following, read_segment, write_row
 from damper.engine.search import MAX_STEPS
 
@@ -64,6 +65,7 @@ def run(
     code, rows : int
         FINISHED, TOO_MANY_EVENTS, SEARCH_FAILED or LOG_FULL, and the number of segments.
     """
+    model = lent(model)
     keep = len(log) > 0
     most = len(log) if keep else UNKEPT
     segment = read_segment(model, state)

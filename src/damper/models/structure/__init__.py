@@ -12,9 +12,8 @@ from damper.engine.compiled import compiled_apart
 from damper.engine.forcing import horizon
 from damper.engine.lending import lent
 from damper.engine.model import Step
-from damper.engine.search import GAVE_UP, HORIZON, point_at
+from damper.engine.search import GAVE_UP, HORIZON
 from damper.engine.segment import FLIGHT, NOTHING, RELEASE, STICK, STICKING, TAIL
-from damper.engine.tuples import changed
 from damper.models.structure.constants import (
     ARRIVES,
     BEFORE,
@@ -36,16 +35,13 @@ from damper.models.structure.constants import (
     size_of,
 )
 from damper.models.structure.contacts import decide_contacts, hit
-from damper.models.structure.courses import LIFTS, course_of, next_event
+from damper.models.structure.courses import LIFTS, course_of, course_point, next_event
 from damper.models.structure.flow import ModalStart, begin, begin_after
 from damper.models.structure.log import report_first, segment_of_all
 from damper.models.structure.motion import all_after
 from damper.models.structure.prepare import prepare as prepare
 from damper.models.structure.tails import close
 from damper.models.walls import slack
-
-_with_start = changed(Step, "start")
-_with_systems = changed(ModalStart, "tables", "steps")
 
 
 @declared.initial_segment.of(OnStructure)
@@ -92,22 +88,25 @@ def _speeds_in_tail(model, segment):
 def _following(model, segment, start):
     # Whoever calls keeps these, so that nothing below counts references to them.
     m, s, begun = lent(model), lent(segment), lent(start)
-    tail = -1
-    for k in range(len(s.bodies)):
+    count = len(s.bodies)
+    tail = count
+    for k in range(count):
         if s.bodies[k, CAUSE] != NOTHING:
             again = segment_of_all(s.periods, s.time, segment.modes, s.bodies.copy())
             return Step(0.0, True, False, 1, report_first(m, again, 0.0), start)
         if s.bodies[k, MODE] == TAIL:
             tail = k
-    step = _complete(m, s, begun, tail) if tail >= 0 else _fly(m, s, begun)
-    return _with_start(step, _with_systems(step.start, start.tables, start.steps))
+    step = _complete(m, s, begun, tail) if tail < count else _fly(m, s, begun)
+    now = lent(step)
+    new = ModalStart(step.start.modes, now.start.slot, start.tables, start.steps, now.start.phase)
+    return Step(now.duration, now.is_event, now.gave_up, now.steps, step.next, new)
 
 
 @compiled_apart
 def _complete(model, s, start, tail):
     """The end of a tail: its masses stick."""
     tau = float(s.bodies[tail, COMPLETION])
-    here = all_after(model, s, start, tau, -1, 0.0)
+    here = all_after(model, s, start, tau, len(s.bodies), 0.0)
     now = lent(here)
     for k in range(len(now.bodies)):
         if now.bodies[k, MODE] == TAIL:
@@ -127,27 +126,27 @@ def _fly(model, s, start):
     """Go to the first event of all."""
     count = len(s.bodies)
     limit = min(HORIZON, horizon(model.forcing, start.phase))
-    last, first, side, steps, gave_up = limit, -1, 0.0, 1, False
+    last, first, side, steps, gave_up = limit, count, 0.0, 1, False
     for k in range(count):
         tau, found, taken = next_event(model, s.bodies, start, k, last, 0.0)
         steps += taken
         gave_up = gave_up or found == GAVE_UP
         if found == GAVE_UP and tau < last:
-            last, first = tau, -1
-        elif abs(found) == 1.0 and tau <= last and (first < 0 or tau < last):
+            last, first = tau, count
+        elif abs(found) == 1.0 and tau <= last and (first == count or tau < last):
             last, first, side = tau, k, found
-    flies = first >= 0 and s.bodies[first, MODE] == FLIGHT
+    flies = first < count and s.bodies[first, MODE] == FLIGHT
     wall = side * float(s.bodies[first, SIDE]) if flies else 0.0
-    here, hits = all_after(model, s, start, last, first if flies else -1, wall), False
+    here, hits = all_after(model, s, start, last, first if flies else count, wall), False
     now, loss = lent(here), 0.0
     for k in range(count):
         hits = hits or now.bodies[k, ARRIVES] != 0.0
     if hits:
         loss = hit(model, now)
-    elif first >= 0:
+    elif first < count:
         # At the instant of an impact that and the forces after it decide.
         _release(model, now, start, last, first)
-    if hits or first < 0:
+    if hits or first == count:
         decide_contacts(model, now, TAIL)
     begun = begin_after(model, now, start)
     if hits and close(model, now, lent(begun)):
@@ -165,7 +164,7 @@ def _release(model, s, start, tau, first):
             continue
         leaves = k == first
         if not leaves:
-            force = point_at(course_of(model, s.bodies, start, k), tau)
+            force = course_point(course_of(model, s.bodies, start, k), tau)
             leaves = force.value <= 4.0 * force.roundoff and force.slope < 0.0
         if leaves:
             b[MODE], b[CAUSE], b[COMPLETION], b[FIRST] = FLIGHT, RELEASE, LIFTS, 0.0

@@ -131,28 +131,10 @@ def _added_force(osc, weight, sums, motion):
     )
 
 
-@compiled
-def first_point(course: GapOrForce) -> EventPoint:
-    """Where a course begins."""
+@compiled_apart
+def course_point(course: GapOrForce, tau: float) -> EventPoint:
+    """Where a course is after a time."""
     # Compiled code counts references wherever it reads an array out of a struct.
-    forcing, modes, phase = course.forcing, course.start.modes, course.start.phase
-    table = course.start.tables[course.start.slot]
-    if table[HEAD, COUPLED] != 0.0:
-        return _coupled_point(course, 0.0)
-    sign, is_force, sums = course.sign, course.is_force, _begun(course, 0.0)
-    for i in range(size_in(table)):
-        weight = sign * float(table[WEIGHTS + course.k, i])
-        if weight != 0.0:
-            osc, motion = mode_of(forcing, table, i), motion_of(modes, phase, i)
-            if is_force:
-                sums = _added_force(osc, weight, sums, motion)
-            else:
-                sums = added(osc, weight, sums, motion, 0.0, 0.0, 0.0)
-    return event_point(0.0, sums, 0.0)
-
-
-@point_at.of(GapOrForce)
-def _point_at(course, tau):
     forcing, modes, begun = course.forcing, course.start.modes, course.start.phase
     table = course.start.tables[course.start.slot]
     if table[HEAD, COUPLED] != 0.0:
@@ -174,6 +156,11 @@ def _point_at(course, tau):
     return event_point(tau, sums, 0.0)
 
 
+@point_at.of(GapOrForce)
+def _point_at(course, tau):
+    return course_point(course, tau)
+
+
 @compiled_apart
 def _coupled_point(course, tau):
     """Where a sum of coupled modes is: their energy together never grows without the force."""
@@ -188,7 +175,7 @@ def _coupled_point(course, tau):
     force = force_rates(forcing, phase)
     pushes = (force[0], force[1], force[2], force[3], force[4])
     for order in range(5):
-        next_rate(table, pushes[order], order, rates, (order, order + 1, order + 2))
+        next_rate(table, pushes[order], order, rates, order, order + 1, order + 2)
     order = 2 if is_force else 0
     found = np.zeros(6)
     norm, energy, pushed, terms, drag = 0.0, 0.0, 0.0, 0.0, first_row(table, 0)
@@ -284,7 +271,7 @@ def next_event(
     if not course.is_force:
         course = _narrowed(course, course.value - margin)
         width = 2.0 * (mass_in(model.masses, k).clearance - margin)
-    here = first_point(course)
+    here = course_point(course, 0.0)
     if course.is_force and is_balanced(here, width):
         return last, 0.0, 1
     lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0

@@ -135,9 +135,10 @@ def begin_after(model: OnStructure, s: StructureSegment, before: ModalStart) -> 
         _in_modes(table, modes)
     phase = phase_at(model.forcing, s.periods, s.time)
     if table[HEAD, COUPLED] != 0.0:
-        force = force_rates(model.forcing, phase)
-        next_rate(table, force[0], 0, modes, (X, V, A))
-        next_rate(table, force[1], 1, modes, (V, A, J))
+        force, rate, _, _, _ = force_rates(model.forcing, phase)
+        for order in range(2):
+            push = force if order == 0 else rate
+            next_rate(table, push, order, modes, order, order + 1, order + 2)
     else:
         for i in range(size_in(table)):
             osc = mode_of(model.forcing, table, i)

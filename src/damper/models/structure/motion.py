@@ -52,14 +52,14 @@ def all_after(
 ) -> StructureSegment:
     """Where all are after a time; `ARRIVES` of the masses has the wall at which each arrives, or 0.
 
-    The mass `first` arrives at a wall then, or none if that is -1; others may be at walls with it.
+    The mass `first` arrives at a wall then, or none if there is no such mass; others may be there too.
     """
     modes_after(model, start, tau)
     owned = s.bodies.copy()
     bodies = lent(owned)
     # How far the first one is off its wall is roundoff, which the others have as well.
     off = 0.0
-    if first >= 0:
+    if first < len(bodies):
         gap, _, _ = gap_after(course_of(model, s.bodies, start, first), tau)
         there = s.bodies[first, SIDE] == wall
         off = abs(gap if there else 2.0 * mass_in(model.masses, first).clearance - gap)
@@ -103,7 +103,7 @@ def _structure_after(model, start, tau):
 @compiled_apart
 def state_after(model: OnStructure, s: StructureSegment, tau: float) -> StructureSegment:
     """Where all are a time after a segment's start; in a tail the bounces go on."""
-    here = all_after(model, s, begin(model, s, 2), tau, -1, 0.0)
+    here = all_after(model, s, begin(model, s, 2), tau, len(s.bodies), 0.0)
     bounces, count = False, len(s.bodies)
     sticks, places, rates = np.zeros(count, dtype=np.bool_), np.zeros(count), np.zeros(count)
     for k in range(count):

@@ -32,7 +32,7 @@ from damper.models.structure.constants import (
 
 #: Rows of `damper.models.structure.flow.ModalStart.modes`: displacements at the start and three
 #: derivatives; increments over a time; and three to work with.
-X, V, A, J, WAY, CHANGE, LOWER, UPPER, NEXT = range(9)
+X, V, A, J, WAY, CHANGE, LOWER, UPPER = range(8)
 ROWS = 9
 #: Lengths of steps with a matrix, each twice the one before.
 _LEVELS = 10
@@ -50,14 +50,12 @@ def room_for_steps(forcing: Any, phase: Any, slots: int, size: int) -> np.ndarra
 
 @compiled_apart
 def next_rate(
-    table: np.ndarray, force: float, order: int, rows: np.ndarray, which: tuple[int, int, int]
+    table: np.ndarray, force: float, order: int, rows: np.ndarray, lower: int, upper: int, into: int
 ) -> None:
     """Write the derivative of the modes above two others, which are rows of one array.
 
-    `which` has the rows: the lower one, the upper one, and where the next one goes. `force` is the
-    derivative of the force of this order.
+    `force` is the derivative of the force of this order.
     """
-    lower, upper, into = which
     size, drag = size_in(table), first_row(table, 0)
     for i in range(size):
         rows[into, i] = table[PUSH, i] * force - table[STIFFNESS, i] * rows[lower, i]
@@ -106,10 +104,11 @@ def _series(forcing, table, rows, phase, tau):
     for i in range(size):
         rows[WAY, i], rows[CHANGE, i] = 0.0, 0.0
     reach = max(table[HEAD, SYSTEM_RATE], rate_of(forcing)) * tau
-    lower, upper, into = LOWER, UPPER, NEXT
+    last = len(rows) - 1
+    lower, upper, into = last - 2, last - 1, last
     power, order, remainder = tau, 0, 1.0
     while remainder > TAYLOR_REMAINDER:
-        next_rate(table, derivative_of(forcing, phase, order), order, rows, (lower, upper, into))
+        next_rate(table, derivative_of(forcing, phase, order), order, rows, lower, upper, into)
         longer = power * (tau / (order + 2.0))
         for i in range(size):
             rows[CHANGE, i] += power * rows[into, i]
