@@ -52,7 +52,7 @@ def all_after(
 ) -> StructureSegment:
     """Where all are after a time; `ARRIVES` of the masses has the wall at which each arrives, or 0.
 
-    The mass `first` arrives at a wall then, or none if there is no such mass; others may be there too.
+    The mass `first` arrives at a wall then, if there is such a mass; others may be there, too.
     """
     modes_after(model, start, tau)
     owned = s.bodies.copy()
