@@ -55,7 +55,7 @@ from damper.models.several.bodies import (
     segment_of,
     single_mass_view,
 )
-from damper.models.several.collapse import change_by_rest, close_at_both_walls
+from damper.models.several.collapse import change_by_rest, close_together
 from damper.models.several.contacts import decide_contacts, negligible
 from damper.models.several.log import segment_of_all
 
@@ -168,7 +168,7 @@ def close(model: Several, s: SeveralSegment, start: Start) -> tuple[float, bool]
     several masses chatter on one wall, each impact kicks the others off the wall, and all come to
     rest at one instant. Returned are the primary's velocity, and whether anything is closed.
     """
-    faded, change = close_at_both_walls(model.friction, model, s, start)
+    faded, change = close_together(model, s, start)
     any_rests = False
     if not faded:
         for k in range(len(s.bodies)):
