@@ -24,12 +24,14 @@ FIRST = (
     "tests/shell/",
 )
 #: Tests of these rooms and files run plain Python, with all of their fixtures: to compile takes
-#: longer than a few short runs, and the bytes are the same (tests/engine/test_compiled.py). A test
-#: of long runs is marked `compiled`.
+#: longer than short runs, and the bytes are the same (tests/engine/test_compiled.py). A test of
+#: long runs is marked `compiled`.
 PLAIN = (
-    *("tests/models/", "tests/engine/", "tests/theory/", "tests/identification/"),
+    *("tests/analysis/", "tests/engine/", "tests/figures/", "tests/identification/"),
+    *("tests/models/", "tests/notebook/", "tests/study/", "tests/sweep/", "tests/theory/"),
     *(f"tests/observers/test_{name}.py" for name in ("bodies", "decay", "laws", "lyapunov")),
     *(f"tests/observers/test_{name}.py" for name in ("motion", "statistics")),
+    "tests/test_quantities.py",
 )
 
 

@@ -21,7 +21,6 @@ from scipy.optimize import brentq
 
 import damper
 from damper import Parameters, PeriodicOrbit, State
-from damper.engine.compiled import plain
 
 
 class ImpactOscillator:
@@ -92,4 +91,4 @@ def one_impact(speed: float) -> PeriodicOrbit:
     """The closed-form motion with one impact a period, of this impact speed."""
     x, v, time = OSCILLATOR.after_impact(speed, -1.0)
     guess = State(x, v, REST, 0.0, time)
-    return plain(damper.periodic_orbit)(beside_a_stop(x), state=guess)
+    return damper.periodic_orbit(beside_a_stop(x), state=guess)

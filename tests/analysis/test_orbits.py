@@ -1,11 +1,14 @@
 """Periodic motions of a study: its branches as a dataset, drawn and tabulated."""
 
+from collections.abc import Iterator
+from functools import partial
+
 import numpy as np
 import pytest
 import xarray as xr
 
+from damper.analysis import orbits as analysis
 from damper.analysis.orbits import follow_orbits
-from damper.engine.compiled import plain
 from damper.figures import draw
 from damper.figures.overlays import Panels
 from damper.figures.overlays.orbits import overlay
@@ -25,9 +28,18 @@ BREAKING = ENTRY | {
 }
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _coarse() -> Iterator[None]:
+    """Follow in long steps: no test asks for places between."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(analysis, "continue_orbit", partial(analysis.continue_orbit, step=0.2))
+        patch.setattr(analysis, "_STEP", 1.0)
+        yield
+
+
 @pytest.fixture(scope="module")
 def branches() -> xr.Dataset:
-    found = plain(follow_orbits)({"two": ENTRY}, FIXED | START, AXES, 0.25)
+    found = follow_orbits({"two": ENTRY}, FIXED | START, AXES, 0.25)
     for name in AXES:
         found[name].attrs["axis"] = 1
     return found
@@ -60,7 +72,7 @@ def test_every_variable_has_a_long_name_and_every_number_units(branches: xr.Data
 
 def test_masses_in_step_have_the_branch_of_one(branches: xr.Dataset) -> None:
     """From rest they stay so; what parts them has the multipliers that are infinite."""
-    two = plain(follow_orbits)(
+    two = follow_orbits(
         {"two": ENTRY | {"at": {"restitution": 0.5}}}, FIXED | {"mass_share": 0.5}, AXES, masses=2
     )
     one = branches.isel(point=branches.point_branch.values == 1)
@@ -77,7 +89,7 @@ def test_along_the_clearance_of_one_mass() -> None:
     own = {"mass_ratio_0": 0.1, "mass_ratio_1": 0.09, "clearance_0": 3.0, "gravity_1": 0.05}
     fixed = {"damping_ratio": 0.1, "frequency_ratio": 1.0, "restitution": 0.5, **own}
     entry = ENTRY | {"along": "clearance_1", "start": 3.6}
-    found = plain(follow_orbits)({"two": entry}, fixed, {"clearance_1": (3.5, 4.6)}, masses=2)
+    found = follow_orbits({"two": entry}, fixed, {"clearance_1": (3.5, 4.6)}, masses=2)
     assert found.attrs["masses"] == 2
     assert found.mass_ratio_1.attrs["long_name"] == "mass ratio m/M, mass 1"
     assert found.first_end.item() == "clearance_1 = 3.5 is the end of the range"
@@ -89,7 +101,7 @@ def test_along_the_clearance_of_one_mass() -> None:
             {"mass_ratio": 0.09, "clearance": float(orbit.value), "gravity": 0.05},
         ]
         p = Parameters(9.0, 0.1, 1.0, 9.0, 0.5, masses=masses)
-        known = plain(periodic_orbit)(p, settle=60)
+        known = periodic_orbit(p, settle=60)
         assert [orbit.displacement, orbit.velocity] == pytest.approx(known.start[:2], abs=1e-8)
         assert orbit.multiplier.values == pytest.approx(abs(known.multipliers), abs=1e-6)
         assert orbit.word == known.word
@@ -101,7 +113,7 @@ def test_a_curve_along_two_quantities_of_one_mass() -> None:
     fixed = {"damping_ratio": 0.05, "frequency_ratio": 1.0, "restitution": 0.6, **own}
     entry = ENTRY | {"along": "clearance_1", "start": 5.66, "settle": 80}
     entry["curves"] = {"period doubling": {"mass_ratio_1": (0.0499, 0.0501)}}
-    found = plain(follow_orbits)({"two": entry}, fixed, {"clearance_1": (5.65, 5.68)}, masses=2)
+    found = follow_orbits({"two": entry}, fixed, {"clearance_1": (5.65, 5.68)}, masses=2)
     assert found.kind.values.tolist() == ["period doubling"]
     assert found.curve_other.item() == "mass_ratio_1"
     assert found.curve_other_value.values[[0, -1]].tolist() == [0.0499, 0.0501]
@@ -112,12 +124,12 @@ def test_a_curve_along_two_quantities_of_one_mass() -> None:
             {"mass_ratio": float(ratio), "clearance": float(clearance)},
         ]
         p = Parameters(9.0, 0.05, 1.0, 9.0, 0.6, masses=masses)
-        assert abs(plain(periodic_orbit)(p).multipliers + 1.0).min() < 1e-8
+        assert abs(periodic_orbit(p).multipliers + 1.0).min() < 1e-8
 
 
 def test_a_motion_that_is_not_expected_is_named() -> None:
     entries = {"two": ENTRY | {"expect": "R1 L1"}, "three": ENTRY | {"expect": "R2 L1"}}
-    found = plain(follow_orbits)(entries, FIXED, {**AXES, "restitution": (0.5,)})
+    found = follow_orbits(entries, FIXED, {**AXES, "restitution": (0.5,)})
     for name in AXES:
         found[name].attrs["axis"] = 1
     assert (found.branch.values == 0).all()
@@ -158,7 +170,7 @@ def test_curves_of_special_points() -> None:
     """On the curve the multiplier of half the period is -1; drawn over a map of both axes."""
     from matplotlib.figure import Figure
 
-    found = plain(follow_orbits)({"two": BREAKING}, FIXED, AXES)
+    found = follow_orbits({"two": BREAKING}, FIXED, AXES)
     for name in AXES:
         found[name].attrs["axis"] = 1
     assert found.restitution.values.tolist() == [0.5]

@@ -58,7 +58,7 @@ def test_means_are_those_of_response_and_of_samples(changes: dict[str, float]) -
 UNLIKE = [{"mass_ratio": 0.05, "clearance": 0.3}, {"gravity": 0.2, "restitution": 0.5}, {}]
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.1])
+@pytest.mark.parametrize("friction", [pytest.param(0.0, marks=pytest.mark.exhaustive), 0.1])
 def test_of_several_masses_sums_are_those_of_response_and_means_those_of_samples(
     friction: float,
 ) -> None:
@@ -74,7 +74,7 @@ def test_of_several_masses_sums_are_those_of_response_and_means_those_of_samples
         "frequency_ratio": 0.5,
         "clearance": 0.6,
         "friction": friction,
-        "periods": 3,
+        "periods": 2,
     }
     cube = observed(ask, masses=UNLIKE, **changes)
     assert "body" not in cube.mean_loss.dims
@@ -87,7 +87,7 @@ def test_of_several_masses_sums_are_those_of_response_and_means_those_of_samples
     ):
         assert float(found) == pytest.approx(float(expected), rel=1e-12)
     sampled = cube.isel(instant=np.isnan(cube.trajectory_event.values))
-    assert (sampled.trajectory_mode > 0).sum("instant").min() > 500
+    assert (sampled.trajectory_mode > 0).sum("instant").min() > 300
     for body, (ratio, clearance) in enumerate([(0.05, 0.3), (0.3, 0.6), (0.3, 0.6)]):
         here, mean = sampled.sel(body=body), cube.sel(body=body)
         u, x = here.trajectory_free_velocity, here.trajectory_displacement

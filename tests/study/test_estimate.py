@@ -169,6 +169,7 @@ def test_check_names_what_this_machine_cannot_hold(
 
 
 @pytest.mark.skipif(not compiled.COMPILED, reason="needs numba")
+@pytest.mark.compiled
 def test_check_says_what_is_still_to_be_compiled(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -13,7 +13,6 @@ from studies import MISTAKES, blame, cube_of, load
 
 import damper
 from damper.analysis.orbits import follow_orbits
-from damper.engine.compiled import plain
 from damper.notebook.accessor import CubeAccessor
 from damper.sweep.record import recorded
 from damper.sweep.runs import run_points
@@ -36,7 +35,6 @@ observers: {response: , bursts: {bodies: [0, 1], records: 2}}
 COMMON = {"damping_ratio": 0.05, "frequency_ratio": 0.8, "restitution": 0.6}
 
 
-@plain
 def test_a_study_is_the_same_as_simulate(tmp_path: Path) -> None:
     study = load(tmp_path, STUDY)
     assert SCHEMA.is_valid(yaml.safe_load(STUDY))
@@ -74,7 +72,6 @@ def test_a_study_is_the_same_as_simulate(tmp_path: Path) -> None:
     assert CubeAccessor(place).run().parameters.masses == p.masses
 
 
-@plain
 def test_si_units(tmp_path: Path) -> None:
     text = STUDY.replace(
         "damping_ratio: 0.05, frequency_ratio: 0.8",
@@ -123,7 +120,6 @@ orbits: {a: {along: clearance_1, start: 3.5, max_orbits: 2}}
 
 
 @pytest.mark.parametrize("friction", ["", "friction: 0.05, "])
-@plain
 def test_orbits_along_a_quantity_of_one_mass(tmp_path: Path, friction: str) -> None:
     """That at the start is on the section of the study's runs."""
     text = ORBITS.replace("gravity: 0.05", f"{friction}gravity: 0.05")
@@ -151,7 +147,6 @@ def test_what_is_wrong_is_said_once(name: str, tmp_path: Path) -> None:
         assert words in message
 
 
-@plain
 def test_equal_masses_in_a_study(tmp_path: Path) -> None:
     text = f"""\
 title: Equal masses

@@ -8,7 +8,6 @@ import pytest
 from cases import thinned
 
 import damper
-from damper.engine.compiled import plain
 from damper.parameters import Parameters
 from damper.sweep.orbits.branch import Branch, SpecialPoint
 
@@ -27,7 +26,7 @@ class Scene:
     ends: tuple[float, float]
 
     def follow(self, orbit: damper.PeriodicOrbit) -> Branch:
-        return plain(damper.continue_orbit)(orbit, self.along, *self.ends, max_orbits=60)
+        return damper.continue_orbit(orbit, self.along, *self.ends, max_orbits=60)
 
 
 def scene(number: int) -> Scene | None:
@@ -51,7 +50,7 @@ def scene(number: int) -> Scene | None:
     along = str(draw.choice(["clearance", "restitution", "frequency_ratio"]))
     ends = values[along] * draw.uniform(0.8, 0.95), values[along] * draw.uniform(1.05, 1.2)
     try:
-        orbit = plain(damper.periodic_orbit)(Parameters(**values), settle=100)
+        orbit = damper.periodic_orbit(Parameters(**values), settle=100)
     except ValueError:
         return None
     return Scene(orbit, along, ends) if orbit.events.size else None

@@ -7,14 +7,9 @@ import pytest
 from fixed_stop import OSCILLATOR, one_impact
 from scipy.optimize import brentq
 
-import damper
-from damper import Parameters, PeriodicOrbit, SIParameters, State
-from damper.engine.compiled import plain
+from damper import Parameters, PeriodicOrbit, SIParameters, State, periodic_orbit, smallest_shock
 from damper.models import start_run
 from damper.sweep.orbits.arcs import vector
-
-periodic_orbit = plain(damper.periodic_orbit)
-smallest_shock = plain(damper.smallest_shock)
 
 
 def distances(state: State, orbit: PeriodicOrbit, periods: int) -> np.ndarray:

@@ -18,12 +18,12 @@ from damper.tables import make
 from damper.theory.noise import intensity, means, missing_part
 
 DAMPER = {"mass_ratio": 0.2, "damping_ratio": 0.1, "frequency_ratio": 1.0, "clearance": 3.0}
-NOISE = damper.Noise(seed=0, step=0.1, duration=160.0, band=(0.0, 6.0))
+NOISE = damper.Noise(seed=0, step=0.1, duration=80.0, band=(0.0, 6.0))
 
 
 @pytest.fixture(scope="module")
 def cube() -> xr.Dataset:
-    return under_own_noises(DAMPER, [0.6, 1.0], NOISE, 6, transient=5, periods=20)
+    return under_own_noises(DAMPER, [0.6, 1.0], NOISE, 6, transient=2, periods=10)
 
 
 def under_own_noises(
