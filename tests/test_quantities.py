@@ -20,7 +20,6 @@ from studies import blame
 import damper
 from damper import Parameters, SIParameters, State, continue_orbit, periodic_orbit, theory
 from damper.analysis.closed_forms import admissible_orbits, reduced_gap
-from damper.engine.compiled import plain
 from damper.models import start_run
 from damper.models.sensitivity import follow_change, neighbours
 from damper.models.tangent import derivative
@@ -278,7 +277,7 @@ def test_the_energy_balance_closes_with_every_force(force: Any, model: str) -> N
 
 
 def check_energy(values: dict[str, Any]) -> dict[str, float]:
-    arrays, _ = plain(run_points)([values], ["response"], transient=1, periods=1)
+    arrays, _ = run_points([values], ["response"], transient=1, periods=1)
     found = {name: float(array[0]) for name, array in arrays.items()}
     scale = abs(found["energy_input"]) + found["dashpot_loss"] + found["peak_displacement"] ** 2
     assert found["impact_loss"] > 0.0
@@ -289,7 +288,7 @@ def check_energy(values: dict[str, Any]) -> dict[str, float]:
 def answer(consumer: Callable, values: dict[str, float]) -> Any:
     """What a consumer computes, or the words in which it refuses."""
     try:
-        return plain(consumer)(values)
+        return consumer(values)
     except ValueError as error:
         return str(error)
 

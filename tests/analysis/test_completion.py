@@ -93,40 +93,7 @@ def test_slope_bears_errors_that_change_their_sign() -> None:
     assert one(made_up(first_order_time=first))["slope"] == pytest.approx(2.0, abs=0.02)
 
 
-def test_table_sums_up_all_points(cube: xr.Dataset) -> None:
-    found = completion_errors(cube)
-    text = make("accumulation", {"cube": cube.assign_attrs(title="T")}).markdown()
-    summary = [line for line in text.splitlines() if line.startswith("| order ")]
-    for order, line in enumerate(summary, start=1):
-        times = found[(found["order"] == order) & (found["quantity"] == "time")]
-        first = f"{times['first_impact_predicted'].sum()} of {times['bursts'].sum()}"
-        slopes = f"{times['slope'].min():.3f} to {times['slope'].max():.3f}"
-        assert line.startswith(f"| order {order} | w^{order + 1} | {slopes} |")
-        assert line.endswith(f"| {first} |")
-    assert len(summary) == 2
-
-
-def test_slopes_of_the_simulated_bursts(cube: xr.Dataset) -> None:
-    found = completion_errors(cube)
-    assert len(found) == 2 * 3 * 4
-    nothing = found[found["restitution"] == 0.97]
-    assert not nothing[["complete_bursts", "bursts", "impacts"]].to_numpy().any()
-    assert nothing["slope"].isna().all()
-    rest = found[found["restitution"] != 0.97]
-    assert (rest["slope_points"] > 50).all()
-    assert rest["slope"].to_numpy() == pytest.approx(rest["order"].to_numpy() + 1.0, abs=0.06)
-
-
 # --- first impacts, and where agreement begins
-
-
-def test_first_impacts_by_hand() -> None:
-    found = one(made_up())
-    errors = [3.0 * 0.01, 0.7 * 0.01, 0.02 * 0.01, 8.0 * 0.01]
-    assert found["first_impact_predicted"] == 4
-    assert found["first_impact_median_error"] == pytest.approx(0.5 * (errors[0] + errors[1]))
-    assert found["first_impact_worst_error"] == pytest.approx(errors[3])
-    assert found["first_impact_worst_percent"] == pytest.approx(100 * errors[3] / 0.5)
 
 
 def test_missing_first_predictions_are_counted_not_averaged() -> None:
@@ -156,26 +123,6 @@ def test_agreement_begins_where_all_later_ones_agree() -> None:
     first = made_up().first_order_time.values.copy()
     first[2, 20] = np.nan
     assert one(made_up(first_order_time=first))["within_from_worst"] == 22.0
-
-
-def test_within_agrees_with_a_loop(cube: xr.Dataset) -> None:
-    for found in completion_errors(cube, 0.05).to_dict("records"):
-        here = cube.sel({name: found[name] for name in AXES})
-        order = ("first", "second")[found["order"] - 1]
-        starts = []
-        for burst in range(found["bursts"]):
-            piece = here.isel(complete_burst=burst)
-            blur = float(piece[f"completion_{found['quantity']}_uncertainty"])
-            start = 1
-            for k in range(int(piece.completion_impacts)):
-                left = float(piece[f"remaining_{found['quantity']}"][k])
-                predicted = float(piece[f"{order}_order_{found['quantity']}"][k])
-                if abs(left) > 100 * blur and not abs(predicted - left) <= 0.05 * abs(left):
-                    start = k + 2
-            starts.append(start)
-        if starts:
-            assert found["within_from_median"] == np.median(starts)
-            assert found["within_from_worst"] == max(starts)
 
 
 # --- the table

@@ -1,26 +1,17 @@
 """Convergence of a compliant contact: distances to a rigid run, their order, drawn and tabled."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import assert_nothing_overlaps, drawn, legend_texts
 from scenes import QUIET as POINT
 
 from damper import Parameters, events, simulate
 from damper.analysis.convergence import distance_to_rigid, order_of_convergence
-from damper.tables import make
 
 STIFFNESS = "contact_stiffness_ratio"
 GRID = [1e4, 1e5, 1e6, 1e7, 1e8]
-VARIABLES = ["burst_onset", "burst_accumulation_time", "displacement", "max_approach_speed"]
-SETTINGS: dict[str, Any] = {
-    "variables": VARIABLES,
-    "along": STIFFNESS,
-    "lines": "contact_tension",
-}
 
 
 @pytest.fixture(scope="module")
@@ -75,27 +66,3 @@ def test_other_axes_and_unknown_variables_are_refused(cube: xr.Dataset) -> None:
         distance_to_rigid(cube.expand_dims(clearance=[0.2]), ["max_approach_speed"], STIFFNESS)
     with pytest.raises(ValueError, match="unknown variable 'nonsense': must be one of"):
         distance_to_rigid(cube, ["nonsense"], STIFFNESS)
-
-
-def test_figure(cube: xr.Dataset) -> None:
-    figure = drawn("convergence", cube, **SETTINGS)
-    found = distance_to_rigid(cube, VARIABLES, "contact_stiffness_ratio")
-    for ax, name in zip(figure.axes, VARIABLES, strict=True):
-        rows = found[(found["variable"] == name) & (found["contact_tension"] == 1)]
-        expected = rows["distance"].to_numpy()
-        seen = np.where(expected > 0, expected, np.nan)
-        np.testing.assert_array_equal(ax.lines[1].get_ydata(), seen)
-        # The first impact from rest is the same, and the first burst not complete.
-        seen = (expected > 0.0).any()
-        assert ax.texts[0].get_text().startswith("slope" if seen else "no distance to show")
-        assert seen == (not name.startswith("burst"))
-    assert legend_texts(figure)[:2] == ["releases at zero force", "holds until the gap reopens"]
-    assert_nothing_overlaps(figure)
-
-
-def test_table(cube: xr.Dataset) -> None:
-    table = make("convergence", {"cube": cube}, **SETTINGS)
-    assert len(table.data) == len(VARIABLES) * 2 * 5
-    markdown = table.markdown()
-    assert markdown.startswith("# Impact damper simulation: distance to the rigid damper\n")
-    assert "| max approach speed, F0/sqrt(K M) | 0 |" in markdown

@@ -23,6 +23,9 @@ from damper.analysis.intervals import (
 from damper.analysis.places import rows_at
 from damper.sweep.runs import run_points
 
+#: Edges of four thresholds and predicates take thousands of runs.
+pytestmark = pytest.mark.compiled
+
 
 class Steps:
     """A step function of known edges that remembers where it was evaluated."""
@@ -64,20 +67,6 @@ def test_no_more_evaluations_than_bisection_needs(resolution: float) -> None:
 
 
 # --- flags
-
-
-def test_uneven_grid() -> None:
-    grid = [0.0, 0.1, 0.5, 0.6, 2.0]
-    ((lower, upper, _, cut),) = found(Steps([0.3, 0.9], [0, 2, 0]), grid)
-    assert 0.3 <= lower <= 0.301
-    assert 0.899 <= upper < 0.9
-    assert not cut
-
-
-def test_single_value() -> None:
-    assert found(Steps([], [0]), [0.5]) == []
-    ((lower, upper, _, cut),) = found(Steps([], [2]), [0.5])
-    assert (lower, upper, cut) == (0.5, 0.5, True)
 
 
 # --- any step function
@@ -257,16 +246,6 @@ def test_edges_are_where_runs_from_rest_change(table: pd.DataFrame) -> None:
     assert checked > 10
 
 
-def test_edges_of_complete_chatter_of_the_papers(table: pd.DataFrame) -> None:
-    """Model section 8, B1: five visible impacts at 3 % begin near .03^(1/4) = .416; B2: the upper
-    edge rises as the mass ratio falls, .72 and .75 at omega 1.3."""
-    for mass, upper in ((0.25, 0.72), (0.001, 0.75)):
-        where = {"mass_ratio": mass, "threshold": "3 %", "chatter": "complete", "narrow": False}
-        wide = rows_at(table, where)
-        assert 0.40 < wide["restitution_lower"].iloc[0] < 0.43
-        assert wide["restitution_upper"].max() == pytest.approx(upper, abs=0.015)
-
-
 def test_edges_that_are_chance_do_not_survive() -> None:
     """Where a shift of the clearance, far below anything that is asked for, changes a run beside
     an edge, the edge is marked; where none of twenty does, it is not."""
@@ -294,24 +273,6 @@ def test_edges_that_are_chance_do_not_survive() -> None:
             assert item[f"{end}_survives"] == (parts == [1.0, 0.0]), (item, end, parts)
             seen.add(item[f"{end}_survives"])
     assert seen == {True, False}
-
-
-def test_threshold_as_speed_reaches_the_runs() -> None:
-    cube = make_cube({"threshold": {"speed": 0.02}}, mass_ratio=0.25)
-    found = chatter_intervals(cube, "restitution")
-    assert set(found["threshold"]) == {"speed 0.02"}
-    first = rows_at(found, {"chatter": "complete"}).iloc[0]
-    assert not first["cut"]
-    point = {"mass_ratio": 0.25, "restitution": first["restitution_lower"]}
-    assert chatter(point, {"speed": 0.02}) == 2
-    point["restitution"] -= 0.02 / 32
-    assert chatter(point, {"speed": 0.02}) != 2
-
-
-def test_cube_without_any_chatter_has_the_columns(table: pd.DataFrame) -> None:
-    found = chatter_intervals(make_cube({"threshold": 0.03}, clearance=50.0), "restitution")
-    assert found.empty
-    assert list(found.columns) == list(table.columns)
 
 
 def test_cubes_whose_points_cannot_be_run_are_refused(cube: xr.Dataset) -> None:

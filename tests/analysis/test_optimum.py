@@ -10,7 +10,6 @@ import xarray as xr
 
 import damper
 from damper.analysis import best_clearance, damping_shares
-from damper.tables import make
 
 
 @pytest.fixture(scope="module")
@@ -98,14 +97,6 @@ def test_worst_of_several_runs_counts() -> None:
     assert damping_shares(several)["with_impacts"] == sum(counted)
 
 
-def test_ends_of_bands_are_in_them() -> None:
-    """0.9 and 1.1, of a grid that rounds, are within a tenth of the resonance."""
-    grid = np.arange(8, 13) * 0.1
-    assert abs(grid[3] - 1.0) > 0.1
-    cube = made_up(np.array([1.0, 2.0, 9.0, 2.0, 1.0]).reshape(1, 5, 1), grid)
-    assert damping_shares(cube)["near_resonance"] == 0.6
-
-
 def test_shares_are_what_a_loop_counts(cube: xr.Dataset) -> None:
     contact = lasting = good = both = 0
     two, below, above = [], [], []
@@ -173,26 +164,3 @@ def test_missing_variables_and_axes_are_named(cube: xr.Dataset) -> None:
 
 
 # --- the table
-
-SETTINGS = {"along": "frequency_ratio", "over": "clearance", "good": 0.5, "damped": 0.9}
-
-
-def test_table_shows_what_was_found(cube: xr.Dataset) -> None:
-    table = make("performance", {"cube": cube}, **SETTINGS)
-    assert table.data.equals(best_clearance(cube))
-    markdown = table.markdown()
-    for worst in table.data["worst_amplitude"]:
-        assert f"{worst:.3g} of 25" in markdown
-    assert f"chatters or sticks | {damping_shares(cube)['lasting_well_damped']:.0%} |" in markdown
-
-
-def test_table_of_one_place_and_of_none(cube: xr.Dataset) -> None:
-    alone = make("performance", {"cube": cube.isel(restitution=1)}, **SETTINGS)
-    assert "| best clearance, F0/K | largest amplitude, F0/K | beside it, F" in alone.markdown()
-    end = make("performance", {"cube": made_up(np.array([1.0, 2.0]).reshape(1, 1, 2))}, **SETTINGS)
-    assert "| 1 (end of the axis) | 1 of 2.5 | 2 |" in end.markdown()
-    assert (
-        "| 1 (end of the axis) (1 more as good) |"
-        in make("performance", {"cube": made_up(1.0)}, **SETTINGS).markdown()
-    )
-    assert len(make("performance", {"cube": made_up(np.nan)}, **SETTINGS).csv().splitlines()) == 1

@@ -44,13 +44,6 @@ def test_what_is_left_of_the_transient_does_not_count() -> None:
     assert period_of(points, same=1e-8) == 0
 
 
-def test_missing_and_few_points() -> None:
-    assert period_of(np.array([[1.0], [np.nan], [1.0], [1.0]])) == 0
-    assert period_of(np.empty((0, 2))) == 0
-    assert period_of(np.array([[1.0]])) == 0
-    assert period_of(np.zeros((4, 2))) == 1
-
-
 @pytest.mark.parametrize(
     ("periods", "index"),
     [

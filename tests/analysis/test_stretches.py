@@ -56,11 +56,6 @@ def test_bursts_and_sticking_are_those_of_the_event_list(
     assert bool(inside) is sticks
 
 
-def test_an_incomplete_burst_has_no_release_of_its_own() -> None:
-    burst = stretches.Burst(2.0, -1, 3.0, 6, False, math.nan)
-    assert burst.end == burst.release == 5.0
-
-
 def test_times_count_from_the_start_of_the_record_wherever_sampling_starts() -> None:
     late, whole = run(SLOW, start=1.5), run(SLOW)
     np.testing.assert_array_equal(stretches.listed_bursts(whole), stretches.listed_bursts(late))
@@ -71,24 +66,6 @@ def test_times_count_from_the_start_of_the_record_wherever_sampling_starts() -> 
     moment = float(late.trajectory_time[0] + late.trajectory_start)
     (row,) = np.flatnonzero(abs(whole.trajectory_time.values - moment) < 1e-9)
     assert late.trajectory_displacement[0] == whole.trajectory_displacement[row]
-
-
-def test_a_full_list_ends_with_its_last_burst() -> None:
-    assert stretches.listed_until(run(SLOW)) == math.inf
-    few = run(SLOW, records=3)
-    assert len(stretches.listed_bursts(few)) == 3
-    assert stretches.listed_until(few) == stretches.listed_bursts(few)[-1].end
-
-
-def test_sticking_at_both_ends() -> None:
-    time = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
-    assert stretches.sticking(time, np.array([1, 1, 0, 0, 1])) == [(0.0, 2.0), (4.0, 4.0)]
-    assert stretches.sticking(time, np.zeros(5)) == []
-
-
-def test_half_gap_in_either_system() -> None:
-    assert stretches.half_gap(xr.Dataset(coords={"clearance": 0.3})) == 0.3
-    assert stretches.half_gap(xr.Dataset(coords={"gap": 0.3})) == 0.15
 
 
 def test_rows_between() -> None:

@@ -6,8 +6,7 @@ import pytest
 from tails import completed, tail
 
 from damper import Parameters
-from damper.engine.completion import bounce_at, completion, completion_times, sticks
-from damper.engine.impact import ConstantRestitution
+from damper.engine.completion import bounce_at, completion_times, sticks
 from damper.models import model_of
 from damper.parameters.dampers import BASIC
 
@@ -46,16 +45,6 @@ def test_orders_of_the_completion_times(side: float) -> None:
         errors.append((float(first - exact), float(duration - exact)))
     ratios = [one / other for one, other in zip(*errors, strict=True)]
     assert ratios == pytest.approx([4.06, 8.07], abs=0.006)
-
-
-def test_no_completion_where_a_sequence_need_not_complete() -> None:
-    nothing = (0.0, math.inf)
-    half, one, zero = (ConstantRestitution(r) for r in (0.5, 1.0, 0.0))
-    assert completion(half, 0.0, 0.2, 1.0, -0.2, 0.1, 1e-9) == nothing  # the gap opens
-    assert completion(half, 0.0, 0.2, 1.0, 0.0, 0.1, 1e-9) == nothing
-    assert completion(one, 0.0, 0.2, 1.0, 0.2, 0.1, 1e-9) == nothing
-    assert completion(half, 0.0, 0.2, 1.0, 1e-3, 0.1, 0.1) == nothing  # too bent
-    assert completion(zero, 0.0, 0.2, 1.0, 0.2, 0.1, 0.0) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("r", [0.05, 0.5, 0.9])

@@ -136,13 +136,6 @@ def test_budget_of_evaluations_that_find_no_event(beat: float, steps: int) -> No
     assert 0 < run.evaluations - (LONG_SEARCH * 50 + MAX_STEPS) <= steps
 
 
-def test_ordinary_segments_without_an_event_cost_no_budget() -> None:
-    run = metronome(beat=2.0 * BRIEF, bar=math.inf, steps=LONG_SEARCH - 1, max_events=1)
-    run.skip(1.0)
-    assert (run.status, run.events) == (FINISHED, 0)
-    assert run.evaluations > 2 * MAX_STEPS
-
-
 def test_a_search_that_gave_up_ends_the_run() -> None:
     run = metronome(lost_after=5.0, max_events=100)
     run.skip(10)
@@ -190,23 +183,6 @@ def test_rows_do_not_depend_on_how_the_run_is_split(p: Parameters, state: State 
         assert np.array_equal(pieces[-1], whole[-1])
         assert run.events == unsplit.events
         assert run.evaluations >= unsplit.evaluations
-
-
-def test_the_state_between_events_is_that_of_a_run_that_stops_there() -> None:
-    p = Parameters(0.1, 0.05, 0.2, 0.25, 0.6)
-    log = log_of(start_run(p), 60.0)
-    rng = np.random.default_rng(1)
-    for time in rng.uniform(0.0, 60.0, 20).tolist():
-        run = start_run(p)
-        at = run.whole_periods(time)
-        run.skip(*at)
-        end = run.state_at(*at)
-        begun = log[:, PERIODS] * p.cycle + log[:, TIME]
-        row = log[np.flatnonzero(begun <= time)[-1]]
-        elapsed = time - (row[PERIODS] * p.cycle + row[TIME])
-        x, v, _, _ = run.motion_in(row, elapsed)
-        assert (end.x, end.v) == pytest.approx((x, v), abs=1e-13)
-        assert abs(end.y - end.x) <= 0.25 * (1 + 4 * EPS)
 
 
 # --- the clock

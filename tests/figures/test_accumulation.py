@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import drawn, legend_texts
+from figures.drawing import drawn
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
@@ -72,38 +72,3 @@ def test_laws_have_the_slopes_two_and_three(cube: xr.Dataset) -> None:
             factor = law.get_ydata()[0] / law.get_xdata()[0] ** slopes[order == "second"]
             above = y > factor * x ** slopes[order == "second"]
             assert above.mean() == pytest.approx(0.5, abs=0.02)
-
-
-def test_legends_tell_slopes_and_how_many_points(cube: xr.Dataset) -> None:
-    figure = drawn("accumulation", cube, rows="restitution", at=AT)
-    for row, restitution in enumerate((0.6, 0.8)):
-        here = cube.sel(AT | {"restitution": restitution})
-        for ax, quantity in zip(figure.axes[2 * row :], ("time", "displacement"), strict=False):
-            texts = [text.get_text() for text in ax.get_legend().get_texts()]
-            for text, order in zip(texts, ("first", "second"), strict=True):
-                slope, count = errors_of(here, quantity, order).slope()
-                assert text == f"{order} order: fitted slope {slope:.2f} ({count} points)"
-                assert count > 20
-    assert legend_texts(figure) == [
-        "first impact of a burst (black rim)",
-        "law of the first order, slope 2",
-        "law of the second order, slope 3",
-        "below 100 times the uncertainty of the simulation",
-    ]
-
-
-def test_plastic_bursts_have_nothing_to_draw() -> None:
-    """Predicted exactly: no error that a logarithmic axis shows."""
-    cube = damper.simulate(**POINT, damping_ratio=0.01, restitution=0.0, **RUN)
-    assert float(cube.complete_bursts) > 0
-    figure = drawn("accumulation", cube)
-    assert "no complete burst" in figure.axes[0].texts[0].get_text()
-
-
-def test_draws_lie_over_each_other() -> None:
-    draws = {"count": 2, "seed": 3, "initial_position": [-1, 1]}
-    cube = damper.simulate(**POINT, damping_ratio=0.01, restitution=0.8, **RUN, draws=draws)
-    both = points(drawn("accumulation", cube).axes[0], VERMILION)[1]
-    one = points(drawn("accumulation", cube, at={"draw": 0}).axes[0], VERMILION)[1]
-    assert len(both.get_xdata()) == int(np.isfinite(cube.first_order_time[..., 0]).sum())
-    assert 0 < len(one.get_xdata()) < len(both.get_xdata())

@@ -1,6 +1,5 @@
 """Bifurcation diagrams of small made-up cubes, where every mark's place is known."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from damper import simulate
-from damper.figures.common.style import BLACK, BLUE, COLUMN, ORANGE, VERMILION, save, style
+from damper.figures.common.style import BLACK, BLUE, COLUMN, ORANGE, VERMILION
 from damper.theory.steady import steady_amplitude
 
 GRID = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
@@ -77,22 +76,6 @@ def bars(ax: Axes) -> set[tuple[float, float, str]]:
 # --- panels and labels
 
 
-def test_a_row_of_two_panels_for_each_value() -> None:
-    frequencies = [1.1, 1.3, 1.5]
-    cube = made_up({"frequency_ratio": frequencies})
-    figure = drawn(cube, rows="frequency_ratio")
-    rows = panels(figure)
-    assert len(rows) == len(frequencies)
-    for (left, right), value in zip(rows, frequencies, strict=True):
-        assert left.get_title("left") == rf"$\omega$ = {value:g}"
-        assert left.get_ylabel() == "displacement $x$ / ($F_0/K$)"
-        assert right.get_ylabel() == r"velocity $\dot x$ / ($F_0/\sqrt{KM}$)"
-    for row in rows:
-        for ax in row:
-            assert ax.get_xlabel() == ("coefficient of restitution $r$" if row is rows[-1] else "")
-    assert_nothing_overlaps(figure)
-
-
 # --- one panel alone, and a marked range
 
 
@@ -153,41 +136,7 @@ def test_shading_lies_where_chatter_is() -> None:
         assert bars(ax) == EXPECTED
 
 
-def test_shading_on_an_uneven_and_on_a_descending_grid() -> None:
-    uneven = made_up({"restitution": [0.0, 0.1, 0.5, 1.0]}, chatter=[0, 2, 0, 0])
-    assert shades(drawn(uneven, rows="frequency_ratio").axes[0]) == {(0.05, 0.3, "complete")}
-    descending = made_up({"restitution": [1.0, 0.5, 0.1, 0.0]}, chatter=[0, 0, 2, 0])
-    found = shades(drawn(descending, rows="frequency_ratio").axes[0])
-    assert {(*sorted(ends), kind) for *ends, kind in found} == {(0.05, 0.3, "complete")}
-
-
 # --- unusual cubes
-
-
-def test_missing_samples() -> None:
-    """Runs that stopped have NaN samples: neither drawn nor in the way."""
-    cube = made_up()
-    cube["displacement"].loc[{"restitution": 0.8}] = np.nan
-    cube["displacement"][..., 3, 2:] = np.nan
-    figure = drawn(cube, rows="frequency_ratio")
-    low, high = figure.axes[0].get_ylim()
-    assert np.isfinite([low, high]).all()
-    assert low < float(cube.displacement.isel(frequency_ratio=0).min())
-
-
-@pytest.mark.parametrize("value", [0.0, 3.0, -2.5e-9])
-def test_samples_that_are_all_equal(value: float) -> None:
-    cube = made_up()
-    cube["displacement"][:] = value
-    low, high = drawn(cube, rows="frequency_ratio").axes[0].get_ylim()
-    assert low < value < high
-
-
-def test_single_value_along() -> None:
-    figure = drawn(made_up({"restitution": [0.5]}, chatter=[2]), rows="frequency_ratio")
-    assert set(points(figure.axes[0]).get_xdata()) == {0.5}
-    low, high = figure.axes[0].get_xlim()
-    assert low < 0.5 < high
 
 
 def test_logarithmic_axis_is_drawn_as_one() -> None:
@@ -274,22 +223,6 @@ def test_amplitudes_are_points_of_each_direction_over_the_undamped_curve() -> No
 # --- files
 
 
-def test_cube_of_the_size_of_a_study(tmp_path: Path) -> None:
-    """501 values with 100 samples in four rows: 400 000 points, and still a small file."""
-    axes = {"frequency_ratio": [1.1, 1.3, 1.5, 2.0], "restitution": np.linspace(0.0, 1.0, 501)}
-    samples = np.random.default_rng(1).standard_normal((4 * 501, 100))
-    cube = drawing.made_up(axes, displacement=samples, velocity=samples, chatter=0)
-    figure = drawn(cube, rows="frequency_ratio")
-    # The points are an image within; labels and shading stay vectors.
-    svg = drawing.svg_of(figure, tmp_path)
-    with style():
-        save(figure, tmp_path / "a.png")
-    assert (tmp_path / "a.png").stat().st_size < 2_000_000
-    assert len(svg) > 20_000
-    assert svg.count("<image") == 8
-    assert svg.count("<use") < 5_000
-
-
 # --- branches
 
 
@@ -325,26 +258,3 @@ def test_each_direction_has_its_colour() -> None:
         "incomplete chatter",
         "complete chatter",
     ]
-
-
-def test_chatter_of_each_direction_has_its_strip() -> None:
-    figure = drawn(branched(UP_AND_DOWN, [CHATTER, [2, *[0] * 10]]))
-    for ax in figure.axes:
-        assert shades(ax) == set(), "two directions would shade over each other"
-        assert bars(ax) == EXPECTED | {(0.0, 0.05, "complete")}
-        assert [text.get_text() for text in ax.texts] == ["up", "down"]
-
-
-def test_draws_are_drawn_over_each_other() -> None:
-    cube = branched({"draw": [0, 1, 2]}, [[0] * 11, CHATTER, [1, *[0] * 10]])
-    figure = drawn(cube)
-    line = points(figure.axes[0])
-    assert sorted(line.get_ydata()) == sorted(cube.displacement.values.ravel())
-    assert "3 random initial states" in figure.get_suptitle()
-    # Of all draws the one with the most chatter.
-    assert shades(figure.axes[0]) == EXPECTED - {(0.05, 0.25, "incomplete")} | {
-        (0.0, 0.25, "incomplete")
-    }
-    one = drawn(cube, at={"draw": 1})
-    assert "draw 1" in one.get_suptitle()
-    assert shades(one.axes[0]) == EXPECTED

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import assert_nothing_overlaps, drawn, laid_out, legend_texts, made_up
+from figures.drawing import assert_nothing_overlaps, drawn, legend_texts, made_up
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -71,60 +71,7 @@ def test_a_power_law_beneath() -> None:
         curves(cube_of(), lines="mass_ratio", slope=0.5)
 
 
-def test_a_panel_for_each_variable() -> None:
-    cube = made_up(
-        {"mass_ratio": MASSES, "frequency_ratio": X},
-        peak_displacement=VALUES,
-        rms_ratio=VALUES / 5,
-        energy_input=VALUES,
-        chatter=1,
-    )
-    names = ("peak_displacement", "rms_ratio", "energy_input", "chatter")
-    figure = curves(cube, *names, lines="mass_ratio")
-    labels = [" ".join(ax.get_ylabel().split()) for ax in figure.axes]
-    assert labels == [
-        r"largest displacement $x_\mathrm{max}$ / ($F_0/K$)",
-        r"rms displacement over that without damper $x_\mathrm{rms} / (A/\sqrt{2})$",
-        "work of the force per cycle / ($F_0^2/K$)",
-        "chatter: 0 none, 1 incomplete, 2 complete",
-    ]
-    assert [ax.get_xlabel() for ax in figure.axes] == ["", "", "", r"frequency ratio $\omega$"]
-    assert_nothing_overlaps(figure)
-
-
-def test_lines_of_directions() -> None:
-    branches = {"direction": ["up", "down"]}
-    values = np.stack([np.arange(4.0), np.arange(4.0) + 1], axis=-1)
-    cube = made_up({"frequency_ratio": X}, branches, peak_displacement=values)
-    figure = curves(cube, lines="direction")
-    assert legend_texts(figure) == ["continued upwards", "continued downwards"]
-    up, down = lines(figure.axes[0])
-    np.testing.assert_array_equal(down.get_ydata(), up.get_ydata() + 1)
-    one = curves(cube, at={"direction": "down"})
-    np.testing.assert_array_equal(lines(one.axes[0])[0].get_ydata(), down.get_ydata())
-
-
-def test_scales_and_ticks_are_those_of_the_values() -> None:
-    """A geometric abscissa is logarithmic; whole numbers have whole ticks."""
-    cube = made_up({"clearance": [0.01, 0.1, 1.0]}, chatter=[0, 1, 1])
-    (ax,) = curves(cube, "chatter", along="clearance").axes
-    assert ax.get_xscale() == "log"
-    assert all(tick == round(tick) for tick in ax.get_yticks())
-    assert curves(cube_of(), lines="mass_ratio").axes[0].get_xscale() == "linear"
-    # Any two values keep a ratio.
-    two = made_up({"clearance": [0.1, 1.0]}, chatter=[0, 1])
-    assert curves(two, "chatter", along="clearance").axes[0].get_xscale() == "linear"
-
-
 # --- the ratio 1, stopped runs, logarithms
-
-
-def test_ratios_have_a_line_at_one() -> None:
-    figure = curves(cube_of(VALUES / 5, "rms_ratio"), "rms_ratio", lines="mass_ratio")
-    (line,) = (line for line in figure.axes[0].lines if len(line.get_xdata()) == 2)
-    assert list(line.get_ydata()) == [1.0, 1.0]
-    assert legend_texts(figure)[-1] == "without damper"
-    assert legend_texts(curves(cube_of(), lines="mass_ratio"))[-1] != "without damper"
 
 
 def test_stopped_runs_leave_a_gap() -> None:
@@ -137,14 +84,6 @@ def test_stopped_runs_leave_a_gap() -> None:
     cube = cube_of(counts, "visible_impacts")
     line = lines(curves(cube, "visible_impacts", lines="mass_ratio").axes[0])[0]
     assert np.isnan(line.get_ydata()).tolist() == [False, True, False, False]
-
-
-def test_logarithmic_ordinate_leaves_out_what_is_not_positive() -> None:
-    values = VALUES.copy()
-    values[0, 0] = -1.0
-    ax = curves(cube_of(values), lines="mass_ratio", log=True).axes[0]
-    assert ax.get_yscale() == "log"
-    assert np.isnan(lines(ax)[0].get_ydata()[0])
 
 
 # --- several runs at a point
@@ -230,13 +169,6 @@ def test_a_free_axis_has_its_best_value_at_each_point() -> None:
     assert_nothing_overlaps(figure)
 
 
-def test_best_needs_every_run_to_have_finished() -> None:
-    worst = np.array(WORST)
-    worst[0, 2] = np.nan
-    figure = curves(best_cube(worst), lines="mass_ratio", best="clearance")
-    assert "best $d$ = 1 " in legend_texts(figure)[0]
-
-
 def test_amplitude_without_damper_stands_beside_it() -> None:
     cube = best_cube(WORST)
     undamped = np.array([1.0, 4.0, 2.0, 1.0])
@@ -258,16 +190,3 @@ def test_abscissa_may_be_the_natural_frequency() -> None:
 
 
 # --- labels within the page
-
-
-@pytest.mark.parametrize(
-    "along", ["modulation_depth", "support_stiffness_ratio", "initial_position"]
-)
-def test_labels_of_long_names_are_not_cut_off(along: str) -> None:
-    """A layout leaves room for the height of a label under an axis, but none for its length."""
-    # Long numbers and three lines at the ordinate push the panel to the right.
-    cube = made_up({along: [0.1, 0.2, 0.4]}, rms_ratio=[1.0001, 1.0002, 1.0004])
-    figure = laid_out(drawn("curves", cube, variables=["rms_ratio"], along=along))
-    box = figure.axes[0].xaxis.label.get_window_extent(figure.canvas.get_renderer())
-    assert figure.bbox.x0 < box.x0
-    assert box.x1 < figure.bbox.x1

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import assert_nothing_overlaps, drawn, legend_texts
+from figures.drawing import drawn
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
@@ -137,27 +137,6 @@ def test_shading_lies_where_it_chatters_and_sticks(
     assert shades(right[0])[kind] == [(first.onset, first.end)]
 
 
-def test_lines_are_the_trajectory(cube: xr.Dataset) -> None:
-    known = np.isfinite(cube.trajectory_time.values)
-    x, v, y, u = (
-        cube[f"trajectory_{name}"].values[known]
-        for name in ("displacement", "velocity", "free_displacement", "free_velocity")
-    )
-    left, _ = columns(draw(cube))
-    for ax, values in zip(left, (y, y - x, u, u - v), strict=False):
-        np.testing.assert_array_equal(ax.lines[0].get_ydata(), values)
-        np.testing.assert_array_equal(ax.lines[0].get_xdata(), cube.trajectory_time.values[known])
-    assert {line.get_ydata()[0] for line in left[1].lines[1:]} == {-0.25, 0.25}
-
-
-def test_durations_are_those_of_all_chatter(incomplete: xr.Dataset) -> None:
-    left, _ = columns(draw(incomplete, stop=40.0))
-    bursts = [b for b in listed_bursts(incomplete) if b.chatter and b.onset <= 40.0]
-    points = [(x, y) for line in left[4].lines for x, y in zip(*line.get_data(), strict=True)]
-    assert sorted(points) == [(b.onset, b.duration) for b in bursts]
-    assert left[0].get_xlim() == (0.0, 40.0)
-
-
 def test_nearest_burst_of_chatter_is_chosen(incomplete: xr.Dataset) -> None:
     bursts = [burst for burst in listed_bursts(incomplete) if burst.chatter]
     assert len(bursts) > 3
@@ -165,51 +144,3 @@ def test_nearest_burst_of_chatter_is_chosen(incomplete: xr.Dataset) -> None:
         figure = draw(incomplete, near=burst.onset + 0.3)
         assert annotations(figure)["onset"] == pytest.approx(burst.onset, abs=6e-4)
     assert annotations(draw(incomplete))["onset"] == pytest.approx(bursts[0].onset, abs=6e-4)
-
-
-def test_incomplete_chatter_is_called_so(incomplete: xr.Dataset) -> None:
-    figure = draw(incomplete)
-    assert figure.axes[1].get_title("left").endswith("incomplete chatter; no sticking follows")
-    assert "sticking" not in annotations(figure)
-    duration = "its duration (incomplete)"
-    assert legend_texts(figure) == ["incomplete chatter", r"walls $y-x = \pm d$", duration]
-
-
-def test_sampling_may_start_late(cube: xr.Dataset) -> None:
-    late = simulated(COMPLETE, trajectory={"start": 1.0})
-    figure, whole = draw(late, near=40.0), draw(cube, near=40.0)
-    assert annotations(figure) == annotations(whole)
-    assert figure.axes[0].get_xlim() == pytest.approx((PERIOD, 4 * PERIOD))
-    np.testing.assert_allclose(
-        figure.axes[9].lines[0].get_xdata(), whole.axes[9].lines[0].get_xdata()
-    )
-    with pytest.raises(ValueError, match=r"stop = 20: the sampled stretch begins at 31\.4159 only"):
-        draw(late, stop=20.0)
-
-
-def test_where_there_is_no_chatter_any_burst_will_do() -> None:
-    figure = draw(simulated(COMPLETE | {"restitution": 0.1}))
-    assert "burst, no chatter" in figure.axes[1].get_title("left")
-    assert figure.axes[8].texts[0].get_text() == "no chatter in this stretch"
-    assert_nothing_overlaps(figure)
-
-
-def test_without_a_burst_it_says_so() -> None:
-    figure = draw(simulated(COMPLETE | {"clearance": 9.0}, periods=1))
-    _, right = columns(figure)
-    assert {ax.texts[0].get_text() for ax in right} == {"no burst in this stretch"}
-
-
-def test_what_did_not_fit_is_told() -> None:
-    figure = draw(simulated(COMPLETE, records=3, trajectory={"events": 5}))
-    told = figure.get_suptitle().replace("\n", " ")
-    assert re.search(r"\d+ events did not fit", told)
-    assert "bursts listed to $t$ = " in told
-    assert_nothing_overlaps(figure)
-
-
-def test_stated_burst_stands_beside_ours(cube: xr.Dataset) -> None:
-    figure = draw(cube, near=40.0, stated=(41.0, 44.0))
-    marks = [line for line in figure.axes[1].lines if line.get_marker() == "|"]
-    assert [list(line.get_xdata()) for line in marks] == [[41.0, 44.0]]
-    assert legend_texts(figure)[-1] == "as the paper's text states: onset 41, duration 3"

@@ -112,19 +112,6 @@ def test_classes_and_legend(cube: xr.Dataset) -> None:
     assert legend_texts(plain) == ["free mass", "walls", "sticking"]
 
 
-def test_chatter_outside_the_part_shown_is_told(cube: xr.Dataset) -> None:
-    onset, stop, _ = next(b for b in chatter(cube.sel(restitution=0.6)) if b[0] > 0.0)
-    whole = drawn("histories", cube, panels="restitution", start=0.0, stop=onset / PERIOD)
-    title = whole.axes[1].get_title(loc="right")
-    assert title.startswith("complete chatter (at other times), ")
-    assert spans(whole.axes[1], "complete") == []
-    assert not whole.axes[0].get_title(loc="right").count("other times")
-    part = drawn("histories", cube, panels="restitution", start=onset / PERIOD, stop=2.5)
-    assert part.axes[1].get_title(loc="right").startswith("complete chatter, ")
-    assert part.axes[0].get_xlim() == pytest.approx((onset / PERIOD, 2.5))
-    assert spans(part.axes[1], "complete")[0] == pytest.approx((onset / PERIOD, stop / PERIOD))
-
-
 def test_what_did_not_fit_is_told() -> None:
     few = simulated(
         restitution=[0.6], observers=OBSERVERS | {"trajectory": {"start": 2, "events": 3}}
@@ -136,25 +123,3 @@ def test_what_did_not_fit_is_told() -> None:
     assert text.get_text() == "later bursts are not listed (observers: bursts: records)"
     (ax,) = drawn("histories", short, panels="restitution", stop=0.5).axes
     assert not ax.texts
-
-
-def test_bursts_must_be_listed() -> None:
-    bare = simulated(observers={"bursts": None, "trajectory": None})
-    with pytest.raises(ValueError, match="not listed one by one"):
-        drawn("histories", bare, panels="restitution")
-
-
-def test_no_clearance_is_no_division_by_zero() -> None:
-    stuck = simulated(clearance=[0.0, 0.05], restitution=0.6)
-    figure = drawn("histories", stuck, panels="clearance")
-    (line,) = [k for k in figure.axes[0].lines if k.get_color() == histories._FREE["color"]]
-    assert (line.get_ydata() == 0.0).all()
-    assert spans(figure.axes[0], "sticking") == [pytest.approx((0.0, 3.0))]
-
-
-def test_frequencies_each_with_their_own_period() -> None:
-    several = simulated(frequency_ratio=[1.1, 1.5], restitution=0.6)
-    figure = drawn("histories", several, panels="frequency_ratio")
-    for ax in figure.axes:
-        (line,) = [k for k in ax.lines if k.get_color() == histories._FREE["color"]]
-        assert line.get_xdata()[-1] == pytest.approx(3.0)

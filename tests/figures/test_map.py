@@ -127,14 +127,6 @@ def test_motions_are_marked_once_per_cycle() -> None:
     assert not drawn("map", cube, **look).axes[0].lines
 
 
-def test_status_in_classes() -> None:
-    cube = made_up(AXES, chatter=0)
-    cube["status"][1, 2] = 1
-    figure = the_map(cube, "status")
-    assert legend_texts(figure)[:2] == ["finished", "stopped: max_events reached"]
-    assert (colours(figure.axes[0])[2, 1] == to_rgba(ORANGE)).all()
-
-
 def test_continuous_colours_and_their_bar() -> None:
     """Stopped runs are grey."""
     values = np.arange(12.0).reshape(4, 3)
@@ -146,17 +138,6 @@ def test_continuous_colours_and_their_bar() -> None:
     label = " ".join(bar.get_ylabel().split())
     assert label == r"largest displacement $x_\mathrm{max}$ / ($F_0/K$)"
     assert legend_texts(figure) == ["run stopped"]
-
-
-def test_whole_numbers_have_whole_ticks() -> None:
-    counts = np.arange(12).reshape(4, 3) % 6
-    counts[0, 0] = -1
-    ax, bar = the_map(made_up(AXES, visible_impacts=counts), "visible_impacts").axes
-    np.testing.assert_array_equal(bar.get_yticks(), range(6))
-    assert tuple(colours(ax)[0, 0]) == to_rgba(MISSING)
-    many = np.arange(12).reshape(4, 3) * 7
-    bar = the_map(made_up(AXES, visible_impacts=many), "visible_impacts").axes[1]
-    assert all(tick == round(tick) for tick in bar.get_yticks())
 
 
 def test_ratios_are_white_at_one_with_a_line() -> None:
@@ -171,14 +152,6 @@ def test_ratios_are_white_at_one_with_a_line() -> None:
     assert legend_texts(figure) == ["no value", "ratio = 1"]
 
 
-def test_no_line_where_the_masses_never_touch() -> None:
-    """There the ratio is 1 up to what is left of the transient."""
-    noise = 1.0 + 1e-9 * np.random.default_rng(1).standard_normal((4, 3))
-    figure = the_map(made_up(AXES, rms_ratio=noise), "rms_ratio")
-    assert legend_texts(figure) == []
-    assert len(figure.axes[0].collections) == 1
-
-
 def test_cells_are_as_wide_as_their_place_or_of_equal_size() -> None:
     cube = made_up({"frequency_ratio": [0.5, 1.0, 2.5], "clearance": [0.1, 1.0, 10.0]}, chatter=0)
     ax = the_map(cube, "chatter").axes[0]
@@ -190,15 +163,6 @@ def test_cells_are_as_wide_as_their_place_or_of_equal_size() -> None:
     corners = mesh(ax).get_coordinates()
     np.testing.assert_allclose(corners[0, :, 0], [-0.5, 0.5, 1.5, 2.5])
     assert [text.get_text() for text in ax.get_yticklabels()] == ["0.1", "1", "10"]
-
-
-def test_values_in_any_order_and_dimensions_too() -> None:
-    cube = made_up(AXES, chatter=CHATTER.T)
-    turned = cube.transpose("clearance", "frequency_ratio").isel(
-        clearance=[2, 0, 1], frequency_ratio=[3, 2, 1, 0]
-    )
-    a, b = (the_map(c, "chatter").axes[0] for c in (cube, turned))
-    np.testing.assert_array_equal(colours(a), colours(b))
 
 
 # --- best
@@ -250,21 +214,6 @@ def test_the_worst_of_several_runs() -> None:
     assert figure.get_suptitle().endswith("worst of 3 draws")
 
 
-def test_the_worst_class_and_contact_in_any_run() -> None:
-    """White where no run touches the walls, else the class with the most chatter."""
-    chatters = np.stack([np.abs(CHATTER.T), np.zeros((4, 3))], axis=-1)
-    impacts = np.zeros((4, 3, 2))
-    impacts[..., 0] = np.abs(CHATTER.T) > 0
-    impacts[0, 0, 1] = 1.0
-    cube = made_up(AXES, {"draw": [0, 1]}, chatter=chatters)
-    cube = cube.assign(impacts_per_period=(cube.chatter.dims, impacts))
-    found = colours(the_map(cube, "chatter", worst=["draw"]).axes[0])
-    names = {0: "white", 1: ORANGE, 2: BLUE}
-    expected = np.array([[to_rgba(names[abs(value)]) for value in row] for row in CHATTER])
-    expected[0, 0] = to_rgba("#D9D9D9")
-    np.testing.assert_array_equal(found, expected)
-
-
 def test_the_share_of_several_runs() -> None:
     figure = the_map(several(rms_ratio=DRAWN), "rms_ratio", share=["draw"], above=1)
     cells = mesh(figure.axes[0]).get_array()
@@ -299,33 +248,6 @@ def test_what_no_contact_means_from_exact_rest() -> None:
 
 
 # --- panels and labels
-
-
-@pytest.mark.parametrize(("count", "rows"), [(1, 1), (4, 2), (7, 3)])
-def test_a_panel_for_each_value(count: int, rows: int) -> None:
-    values = [round(0.1 * k, 1) for k in range(1, count + 1)]
-    axes = {"restitution": values, **AXES}
-    levels = np.broadcast_to(CHATTER.T, (count, 4, 3))
-    figure = the_map(made_up(axes, chatter=levels), "chatter", panels="restitution")
-    assert [ax.get_title("left") for ax in figure.axes] == [f"$r$ = {v:g}" for v in values]
-    assert len({round(ax.get_position().y0, 3) for ax in figure.axes}) == rows
-    assert_nothing_overlaps(figure)
-    for ax in figure.axes[-2:]:
-        assert ax.get_xlabel() == r"frequency ratio $\omega$"
-
-
-@pytest.mark.parametrize(
-    ("level", "words"), [(0, "no chatter throughout"), (-1, "no run finished here")]
-)
-def test_a_panel_of_one_pale_colour_says_why(level: int, words: str) -> None:
-    ax = the_map(made_up(AXES, chatter=level), "chatter").axes[0]
-    assert [text.get_text() for text in ax.texts] == [words]
-
-
-@pytest.mark.parametrize(("variable", "value"), [("rms_ratio", np.nan), ("energy_input", 2.5)])
-def test_one_value_throughout(variable: str, value: float) -> None:
-    figure = the_map(made_up(AXES, **{variable: value}), variable, best="min")
-    assert_nothing_overlaps(figure)
 
 
 # --- simulated

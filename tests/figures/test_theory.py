@@ -23,14 +23,6 @@ from damper.theory.small_mass import critical_restitution
 from damper.theory.two_impacts import orbits
 
 SCRIPT = Path(__file__).parents[2] / "workflow/scripts/figure.py"
-SI = {
-    "primary_mass": 2.0,
-    "damping": 4.0,
-    "stiffness": 200.0,
-    "force_amplitude": 10.0,
-    "free_mass": 0.2,
-    "restitution": 0.6,
-}
 
 
 def lines(ax: Axes, colour: str) -> list[Line2D]:
@@ -125,14 +117,6 @@ def test_simulation_lies_on_the_stable_curve(cube: xr.Dataset) -> None:
     assert y.max() <= high
 
 
-def test_bands_and_dashes_end_where_stability_and_existence_do(cube: xr.Dataset) -> None:
-    ax = over_clearance(cube).axes[0]
-    stable, unstable = (curves(ax, dashed)[:, 0] for dashed in (False, True))
-    # The ranges that the table finds for restitution 0.6: 7.578 to 12.66, from 2.408 on.
-    assert (stable.min(), stable.max()) == pytest.approx((7.578, 12.66), abs=0.3)
-    assert (unstable.min(), unstable.max()) == pytest.approx((2.408, 16.0), abs=0.3)
-
-
 def test_no_line_joins_both_sides_of_an_impact() -> None:
     """Where the impact's instant passes the section, the velocity jumps."""
     omega = np.linspace(0.68, 0.8, 13)
@@ -155,23 +139,6 @@ def test_no_line_joins_both_sides_of_an_impact() -> None:
     ends = curves(figure.axes[1], dashed=False)[:, 1]
     assert abs(np.diff(ends)).max() > 0.3  # the jump is in the range
     assert max(steps) < 0.1
-
-
-def test_impact_section_and_si_units() -> None:
-    gaps = [0.3, 0.4, 0.5]
-    cube = damper.simulate(
-        **SI, forcing_frequency=11.0, gap=gaps, transient=200, periods=20,
-        observers={"impact_section": {"wall": "left", "samples": 20}},
-    )  # fmt: skip
-    figure = drawn("bifurcation", cube, along="gap", theory="two_impacts")
-    for column in (0, 1):
-        points = np.concatenate([curves(figure.axes[column], dashed) for dashed in (False, True)])
-        assert len(points)
-        for gap, y in points:
-            p = damper.SIParameters(**SI, forcing_frequency=11.0, gap=gap)
-            units = (p.units.length, p.units.speed)
-            values = [o.after_impact("left")[column] for o in orbits(p.dimensionless)]
-            assert min(abs(y - units[column] * value) for value in values) < 1e-9
 
 
 # --- small-mass limit
@@ -210,25 +177,6 @@ def test_limit_is_drawn_in_place(light: xr.Dataset, upright: bool) -> None:
         np.testing.assert_allclose(r[inside], critical_restitution(2.0 * d[inside] / amplitude))
         # The axes stay those of the map.
         assert (ax.get_xlim() if upright else ax.get_ylim())[1] < 1.7
-
-
-def test_limit_in_si_units_and_at_undamped_resonance() -> None:
-    cube = damper.simulate(
-        **{**SI, "damping": 0.0, "restitution": [0.2, 0.4]},
-        forcing_frequency=[5.0, 10.0],
-        gap=[0.1, 0.2],
-        transient=2,
-        periods=2,
-        observers=["bursts"],
-    )
-    figure = drawn("map", cube, x="gap", y="restitution", panels="forcing_frequency", **LIMIT)
-    (line,) = lines(figure.axes[0], VERMILION)
-    # F0/K = 0.05 m, omega = 0.5: A = 0.05 / 0.75, and the gap is 2 d.
-    gap, r = line.get_data()
-    np.testing.assert_allclose(
-        r, critical_restitution(gap * 0.75 / 0.05 * (1.0 - 1e-15)), atol=1e-12
-    )
-    assert not lines(figure.axes[1], VERMILION)
 
 
 # --- cost

@@ -1,13 +1,12 @@
 """Time histories of simulated trajectories."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import drawn, legend_texts, svg_of
+from figures.drawing import drawn, legend_texts
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -37,10 +36,6 @@ def lines(ax: Axes) -> dict[str, Line2D]:
     return {names[k.get_color()]: k for k in ax.lines if k.get_color() in names}
 
 
-def walls(ax: Axes) -> list[Line2D]:
-    return [line for line in ax.lines if line.get_color() == trajectory._WALL["color"]]
-
-
 def stuck(ax: Axes) -> list[tuple[float, float]]:
     spans = [patch for patch in ax.patches if isinstance(patch, Rectangle)]
     return [(span.get_x(), span.get_x() + span.get_width()) for span in spans]
@@ -63,15 +58,6 @@ def test_lines_are_the_trajectory(cube: xr.Dataset) -> None:
             np.testing.assert_allclose(line.get_xdata(), time)
             assert np.isfinite(line.get_ydata()).all()
     assert below.get_xlim() == pytest.approx((0.0, 3.0))
-
-
-def test_walls_enclose_the_free_mass(cube: xr.Dataset) -> None:
-    above, _ = panels(drawn("trajectory", cube))
-    low, high = (line.get_ydata() for line in walls(above))
-    y = lines(above)["free"].get_ydata()
-    assert (high - low == pytest.approx(0.5)) is True
-    assert (y >= low - 1e-9).all()
-    assert (y <= high + 1e-9).all()
 
 
 def test_sticking_is_shaded_where_it_happens(cube: xr.Dataset) -> None:
@@ -102,16 +88,6 @@ def test_a_part_reaches_both_edges(cube: xr.Dataset, start: float, stop: float |
 def test_start_beyond_the_end_is_refused(cube: xr.Dataset) -> None:
     with pytest.raises(ValueError, match=r"start = 5: .* ends 3 cycles"):
         drawn("trajectory", cube, start=5.0)
-
-
-@pytest.mark.exhaustive
-def test_very_long_trajectory_is_a_small_file(tmp_path: Path) -> None:
-    long = simulated(
-        frequency_ratio=1.1,
-        periods=200,
-        observers={"trajectory": {"samples_per_period": 200, "events": 5000}},
-    )
-    svg_of(drawn("trajectory", long), tmp_path)
 
 
 def test_events_that_did_not_fit_are_told() -> None:

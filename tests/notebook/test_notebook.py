@@ -11,7 +11,6 @@ import xarray as xr
 import damper
 import damper.notebook
 from damper.analysis.closed_forms import damper_at, reduced_gap
-from damper.engine.compiled import plain
 from damper.models import start_run
 from damper.sweep.cube import write_cube
 from damper.sweep.record import recorded
@@ -65,22 +64,7 @@ def test_motion_meets_the_walls_at_the_events(parameters) -> None:
     assert f"{len(impacts)} impacts" in repr(run)
 
 
-def test_a_run_may_end_within_a_period() -> None:
-    run = damper.run(P, 1.4 * P.cycle)
-    assert float(run.motion.time.max()) == pytest.approx(1.4 * P.cycle, rel=1e-12)
-    assert (run.bursts["onset"] < 1.4 * P.cycle).all()
-
-
-def test_a_run_begins_at_the_time_of_its_state() -> None:
-    later = damper.State(0.0, 0.0, 0.1, 0.3, time=3.0)
-    run = damper.run(P, 60.0, later)
-    assert np.array_equal(run.events, damper.events(P, later, until=run.motion.time.values[-1]))
-    assert run.motion.time.values[0] == 3.0
-    assert run.motion.time.values[-1] == pytest.approx(60.0, rel=1e-15)
-
-
 @pytest.mark.parametrize("until", [10.0, 31.5, 100.0 / 3.0])
-@plain
 def test_a_motion_ends_where_it_is_asked_to(until: float) -> None:
     """In equal steps; the state there is that of a run to this time."""
     run = damper.run(P, until)
@@ -240,30 +224,6 @@ def test_a_point_is_at_most_half_a_step_away(
             cube.damper.history(mass_ratio=asked)
 
 
-def test_figures_take_the_values_that_runs_take() -> None:
-    cube = damper.simulate(**CHAOS, restitution=[0.3, 0.5, 0.7, 0.9], transient=1, periods=2)
-    two = damper.simulate(
-        **CHAOS | {"clearance": [0.05, 0.06]}, restitution=[0.3, 0.5, 0.7], transient=1, periods=2
-    )
-    words = "restitution = 0.61 is no value of the cube: the nearest, 0.7, is taken"
-    with pytest.warns(UserWarning, match=words) as first:
-        assert cube.damper.run(restitution=0.61).parameters.restitution == 0.7
-    with pytest.warns(UserWarning, match=words) as second:
-        figure = two.damper.bifurcation("clearance", at={"restitution": 0.61})
-    assert [one.filename for one in (*first, *second)] == [__file__] * 2
-    assert "$r$ = 0.7" in figure.get_suptitle()
-    for beyond in (0.19, 0.81):
-        with pytest.raises(ValueError, match=f"restitution = {beyond}: outside the cube"):
-            two.damper.bifurcation("clearance", at={"restitution": beyond})
-        with pytest.raises(ValueError, match=f"restitution = {beyond}: outside the cube"):
-            two.damper.run(clearance=0.05, restitution=beyond)
-
-
-def test_what_is_no_cube_is_refused(cube: xr.Dataset) -> None:
-    with pytest.raises(ValueError, match="does not say how its points were run: make it by"):
-        cube.drop_attrs().damper.run(restitution=0.3)
-
-
 SAID = ["observers", "primary_starts", "transient_periods", "recorded_periods", "accuracy"]
 SAID += ["max_events", "forcing", "followed", "masses"]
 
@@ -297,14 +257,6 @@ def test_settings_of_a_figure_that_are_none_are_refused(
 ) -> None:
     with pytest.raises(ValueError, match=f"(?s){message}"):
         cube.damper.bifurcation("restitution", **settings)
-
-
-def test_only_what_is_not_the_default_is_shown() -> None:
-    assert repr(P) == (
-        "Parameters(mass_ratio=0.1, damping_ratio=0.05, frequency_ratio=0.2, clearance=0.25, "
-        "restitution=0.6)"
-    )
-    assert eval(repr(SI), vars(damper)) == SI
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from mpmath import mp, mpf
 from plain_events import Scene, random_scenes
 from scenes import PAPER_A, SLOW
 
-from damper import Parameters, simulate
+from damper import Parameters
 from damper.models import start_run
 from damper.observers import make_observers
 from damper.observers.common.base import Window
@@ -152,16 +152,6 @@ def test_known_burst_to_forty_digits() -> None:
         assert w == pytest.approx(float(mpf("0.6") * event.approach_speed), rel=1e-9, abs=1e-13)
 
 
-def test_uncertainty_grows_with_the_accuracy_asked_for() -> None:
-    coarse = Scene(SLOW, 0, 2, accuracy=1e-6).observed("accumulation")
-    fine = Scene(SLOW, 0, 2).observed("accumulation")
-    assert 1e-9 < coarse["completion_time_uncertainty"][0] <= 1e-6 + 1e-14
-    off = abs(coarse["completion_displacement"][0] - fine["completion_displacement"][0])
-    assert 1e-14 < off < coarse["completion_displacement_uncertainty"][0]
-    time = abs(coarse["remaining_time"][0, 0] - fine["remaining_time"][0, 0])
-    assert 1e-14 < time < coarse["completion_time_uncertainty"][0]
-
-
 def test_late_bursts_are_as_sharp_as_early_ones() -> None:
     """The orbit at restitution .3 is periodic: two bursts a period, the same for ever."""
     scene = {**SLOW, "restitution": 0.3}
@@ -173,16 +163,6 @@ def test_late_bursts_are_as_sharp_as_early_ones() -> None:
 
 
 # --- units, ends, refusals
-
-
-def test_cube_counts_bursts_and_impacts_from_one() -> None:
-    observers = {"accumulation": {"bursts": 2, "impacts": 3}}
-    cube = simulate(**SLOW, transient=0, periods=2, observers=observers)
-    assert cube.remaining_time.dims == ("complete_burst", "burst_impact")
-    assert cube.completion_wall.dims == ("complete_burst",)
-    assert cube.burst_impact.values.tolist() == [1, 2, 3]
-    assert cube.burst_impact.long_name == "impact of the burst, from 1"
-    assert cube.complete_burst.values.tolist() == [1, 2]
 
 
 def test_another_model_is_refused() -> None:

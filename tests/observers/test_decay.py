@@ -168,18 +168,6 @@ def test_masses_in_step_make_a_vibration_decay_as_one() -> None:
     np.testing.assert_allclose(parts.energy_to_impacts, lost, rtol=1e-10)
 
 
-def test_a_later_record_has_the_same_peaks() -> None:
-    """One that begins on the way to zero leaves that part out."""
-    whole, later = observed(), observed(transient=3, periods=5, frequency_ratio=1.0)
-    times, peaks = listed(whole, "peak_time"), listed(whole, "peak_amplitude")
-    start = 3 * math.tau
-    kept = len(listed(later, "peak_time"))
-    assert kept >= 8
-    assert abs(times[-kept] - start) > 0.1
-    np.testing.assert_allclose(listed(later, "peak_time") + start, times[-kept:], rtol=1e-12)
-    np.testing.assert_array_equal(listed(later, "peak_amplitude"), peaks[-kept:])
-
-
 def test_lists_that_are_too_short_leave_counts_and_times() -> None:
     whole, short = observed(), observed(observers={"decay": {"half_cycles": 3}})
     assert short.half_cycles == whole.half_cycles > 3

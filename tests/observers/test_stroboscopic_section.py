@@ -74,13 +74,6 @@ def test_start_time_and_state_move_the_section() -> None:
         np.testing.assert_allclose(found[k], expected, rtol=0, atol=2e-10)
 
 
-def test_transient_is_discarded_and_nothing_else() -> None:
-    """Sample k after a transient of n periods is sample n + k from the start, bit for bit."""
-    for name in NAMES:
-        whole, late = samples(scene(name, 0, 12), 0.2), samples(scene(name, 5, 7), 0.2)
-        np.testing.assert_array_equal(late, whole[5:], err_msg=name)
-
-
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6])
 def test_samples_inside_a_closed_tail(accuracy: float) -> None:
     """Moments between a burst's last resolved impact and sticking, of a coarse run.

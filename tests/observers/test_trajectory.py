@@ -10,10 +10,6 @@ from plain_events import Scene
 from scenes import SCENES
 
 from damper import Parameters, events
-from damper.engine.segment import CAUSE, IMPACT, PERIODS, TIME
-from damper.models import start_run
-from damper.observers.common.base import Window
-from damper.observers.trajectory import SampledTrajectory
 from damper.sweep.runs import run_points
 
 NAMES = ("generic", "chattering", "slow", "study", "elastic", "plastic", "stuck", "free")
@@ -69,16 +65,6 @@ def test_samples_are_those_of_the_stroboscopic_section(
     )
 
 
-def test_samples_stay_sharp_after_a_million_periods() -> None:
-    values = {**SCENES["generic"], "clearance": 50.0}
-    found = observed(values, {"start": 0.5, "length": 1}, transient=1_000_000, periods=2)
-    period = 2 * math.pi / 0.8
-    np.testing.assert_allclose(found["time"], np.arange(101) * period / 100, rtol=0, atol=4e-15)
-    amplitude = 1 / complex(1 - 0.8**2, 2 * 0.05 * 0.8)
-    steady = np.imag(amplitude * np.exp(1j * (0.8 * found["time"] + math.pi)))
-    np.testing.assert_allclose(found["displacement"], steady, rtol=0, atol=1e-13)
-
-
 # --- events
 
 
@@ -116,19 +102,6 @@ def test_event_rows_are_those_of_the_event_list(name: str) -> None:
         np.testing.assert_array_equal(found[column][before], found[column][after])
     momentum = found["velocity"] + p.mass_ratio * found["free_velocity"]
     np.testing.assert_allclose(momentum[before], momentum[after], rtol=0, atol=1e-14)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_modes_are_those_of_the_segments(name: str) -> None:
-    found = observed(SCENES[name], transient=0, periods=8)
-    sticking = name == "stuck"
-    for event, mode in zip(found["event"], found["mode"], strict=True):
-        sticking = {SAMPLE: sticking, IMPACT_ROW: False, STICK: True, RELEASE: False}[int(event)]
-        assert mode == sticking
-    sticks = ("chattering", "study", "plastic", "stuck")
-    assert (found["mode"] == 1).any() == (name in sticks)
-    y, x = found["free_displacement"], found["displacement"]
-    assert (np.abs(y - x) <= SCENES[name]["clearance"] + 1e-12 * (1 + np.abs(x))).all()
 
 
 @settings(max_examples=30)
@@ -202,39 +175,3 @@ def test_events_that_do_not_fit_are_counted() -> None:
 def test_a_stretch_beyond_the_record_is_refused(setting: dict, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         observed(SCENES["generic"], setting, transient=0, periods=3)
-
-
-def test_impacts_at_the_ends_of_the_stretch_are_rows() -> None:
-    """An impact at exactly the start counts; the log of the run says where one is."""
-    trajectory = start_run(Parameters(**SCENES["generic"]))
-    log = np.concatenate([piece.copy() for piece in trajectory.segments(30)])
-    row = log[(log[:, CAUSE] == IMPACT) & (log[:, PERIODS] == 10)][0]
-    for shift, expected in ((0, 0), (-2, -1)):
-        observer = SampledTrajectory(samples_per_period=10)
-        observer.allocate(1, 2)
-        window = Window(float(row[PERIODS]) + shift, float(row[TIME]), 2)
-        observer.begin(0, trajectory, window)
-        observer.observe(log)
-        observer.finish(True)
-        kinds = observer.arrays["trajectory_event"][0]
-        times = observer.arrays["trajectory_time"][0]
-        impacts = times[kinds == IMPACT_ROW]
-        assert impacts[expected] == (0.0 if shift == 0 else pytest.approx(2 * trajectory.cycle))
-
-
-@pytest.mark.parametrize("steps", [-1, 0, 1])
-@pytest.mark.parametrize("name", ["study", "plastic"])
-def test_rows_stay_in_order_where_samples_meet_events(name: str, steps: int) -> None:
-    """A sample within rounding of an impact comes before or after it, in the order of the rows."""
-    trajectory = start_run(Parameters(**SCENES[name]))
-    log = np.concatenate([piece.copy() for piece in trajectory.segments(40)])
-    for row in log[(log[:, CAUSE] == IMPACT) & (log[:, PERIODS] >= 10) & (log[:, PERIODS] < 14)]:
-        observer = SampledTrajectory(samples_per_period=3, start=1 / 3)
-        observer.allocate(1, 5)
-        time = float(row[TIME]) + steps * math.ulp(row[TIME])
-        observer.begin(0, trajectory, Window(float(row[PERIODS]) - 3, time, 5))
-        observer.observe(log)
-        observer.finish(True)
-        found = used({k.removeprefix("trajectory_"): a[0] for k, a in observer.arrays.items()})
-        assert (np.diff(found["time"]) >= 0).all()
-        assert (found["event"] == SAMPLE).sum() == 15

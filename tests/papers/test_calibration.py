@@ -4,15 +4,12 @@ import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 import xarray as xr
 from studies import blame
 
 import damper
-from damper.papers.base import Tolerances
-from damper.papers.statements import SCORES
-from damper.papers.tables.scores import holding, scores_of
+from damper.papers.tables.scores import scores_of
 from damper.study.config import Study, load_study
 from damper.tables import Table, make
 
@@ -66,37 +63,6 @@ def test_preset_of_paper_a_is_the_best_nearby(cube: xr.Dataset) -> None:
     assert "preset" not in table(cube, preset=None).markdown()
     cosine = scores_of(cube, NAMES).sel(PRESET | {"phase": math.pi / 2.0})
     assert here.joined > 0.4 > 0.01 > cosine.joined
-
-
-def test_rows_are_the_sets_in_order(cube: xr.Dataset) -> None:
-    rows = table(cube).data
-    assert rows["rank"].tolist() == list(range(1, 21))
-    assert rows["joined"].is_monotonic_decreasing
-    for row in rows.to_dict("records"):
-        assert row["joined"] == pytest.approx(
-            math.prod(row[n] for n in NAMES) ** (1 / 3), rel=1e-12
-        )
-        place = {name: row[name] for name in PRESET}
-        for name in NAMES:
-            score = SCORES[name].measure(cube.sel(place), Tolerances()).score
-            assert row[name] == float(score)
-
-
-def test_counts_of_sets_that_hold(cube: xr.Dataset) -> None:
-    markdown = table(cube).markdown()
-    (text,) = [line for line in markdown.splitlines() if line.startswith("Together")]
-    assert "doubled" not in table(cube, statements=["A5"]).markdown()
-    for scale, words in ((1.0, "all hold in {} "), (2.0, "doubled in {} ")):
-        tolerances = Tolerances(scale, scale, 0.1 * scale)
-        each = [SCORES[name].measure(cube, tolerances).score for name in NAMES]
-        each = [array.transpose(*each[0].dims).values for array in each]
-        number = int(np.all([values >= 0.5 for values in each], axis=0).sum())
-        assert words.format(number) in text
-        assert holding(scores_of(cube, NAMES, tolerances)) == number
-    # However the axes lie in the file.
-    turned = scores_of(cube.transpose("frequency_ratio", "phase", ...), NAMES)
-    straight = scores_of(cube, NAMES)
-    xr.testing.assert_allclose(turned.transpose(*straight.dims), straight)
 
 
 def test_histories_of_paper_a_have_that_preset() -> None:

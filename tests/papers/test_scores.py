@@ -109,16 +109,6 @@ def test_scores_of_counts(changed: dict[str, Any], scores: dict[str, float]) -> 
     assert found == {name: pytest.approx([score]) for name, score in scores.items()}
 
 
-@pytest.mark.parametrize("frequency", [0, 1])
-@pytest.mark.parametrize("chatter", [0, 20])
-def test_a4_is_zero_without_complete_chatter(frequency: int, chatter: int) -> None:
-    changed = {key: [list(row) for row in STEADY[key]] for key in STEADY}
-    changed["chatter"][frequency][1] = chatter
-    changed["complete"][frequency][1] = 0
-    changed["duration"][frequency][1] = NAN
-    assert value("A4", counted(**changed)) == [0.0]
-
-
 # --- A1
 
 
@@ -148,12 +138,6 @@ def over_clearance(chatter: list[int], impacts: list[float] | None = None) -> xr
 def test_a1_is_the_product_of_both_parts(chatter: list[int], expected: float) -> None:
     assert value("A1", over_clearance(chatter)) == pytest.approx([expected])
     assert value("A1_contact", over_clearance(chatter)) == pytest.approx([expected])
-
-
-def test_a1_beyond_the_last_contact_is_trivial() -> None:
-    cube = over_clearance([0, 2, 1, 1, 0, 0], [9.0, 9.0, 9.0, 9.0, 2.0, 0.0])
-    assert value("A1", cube) == [1.0]
-    assert value("A1_contact", cube) == [0.5]
 
 
 # --- B1 to B3
@@ -213,32 +197,6 @@ BELOW = {(m, round(2.0 - w, 1)): ends for (m, w), ends in AS_STATED.items()}
 def test_b_counts_the_steps_that_go_as_stated(ends: dict, b2: float, b3: float) -> None:
     cube = over_restitution(ends)
     assert (complete("B2", cube), complete("B3", cube)) == (b2, b3)
-
-
-def test_b1_is_the_part_of_its_range() -> None:
-    """Of the values .5 to .9 there is complete chatter at .5 to .8."""
-    cube = over_restitution(AS_STATED)
-    assert complete("B1", cube) == pytest.approx(4 / 5)
-    measured = SCORES["B1"].measure(cube, EXACT).measured
-    ends = [float(array.sel(counted="complete").squeeze()) for array in measured.values()]
-    assert ends == [0.5, 0.8]
-
-
-@pytest.mark.parametrize("name", ["B1", "B2", "B3"])
-def test_b_without_chatter_is_zero(name: str) -> None:
-    assert complete(name, over_restitution(dict.fromkeys(AS_STATED, NONE))) == 0.0
-
-
-def test_b_looks_at_one_side_of_the_resonance_at_a_time() -> None:
-    cube = over_restitution(AS_STATED | BELOW)
-    assert (complete("B2", cube, "below"), complete("B3", cube, "below")) == (1.0, 0.0)
-    assert SCORES["B3"].measure(cube, EXACT).score.resonance.values.tolist() == ["below", "above"]
-
-
-def test_b_needs_two_frequencies_on_a_side() -> None:
-    cube = over_restitution({(0.1, 0.8): (0.5, 0.8), (0.2, 1.2): (0.5, 0.8)})
-    with pytest.raises(ValueError, match="two values or more on one side of 1"):
-        SCORES["B2"].measure(cube, EXACT)
 
 
 def test_every_statement_has_a_score() -> None:

@@ -2,7 +2,6 @@
 
 import math
 import os
-import pickle
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -59,17 +58,6 @@ def test_a_force_of_each_kind_is_here() -> None:
 
 
 @pytest.mark.parametrize("force", FORCES, ids=lambda force: force.kind)
-def test_forces_are_equal_by_value_and_hashable(force: Any) -> None:
-    other = pickle.loads(pickle.dumps(force))
-    assert (other, hash(other)) == (force, hash(force))
-    assert [force == one for one in FORCES].count(True) == 1
-    p = Parameters(**GENERIC, forcing=force)
-    assert {p: 1}[Parameters(**GENERIC, forcing=other)] == 1
-    assert Parameters(**p.given) == p
-    assert ("forcing" in p.acting) == (force != Harmonic())
-
-
-@pytest.mark.parametrize("force", FORCES, ids=lambda force: force.kind)
 def test_settings_make_the_force_again(force: Any) -> None:
     if isinstance(force, Record):
         assert refused(lambda: forcing_of(force.settings)) == (
@@ -88,12 +76,6 @@ def test_a_record_has_arrays_of_its_own_that_nobody_writes_to() -> None:
     assert record != Record([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], after="hold")
     with pytest.raises(ValueError, match="read-only"):
         record.value[0] = 1.0
-
-
-def test_a_kind_without_settings_is_given_by_name() -> None:
-    for force in (NoForce(), Harmonic(), Base(), Unbalance()):
-        assert Parameters(**GENERIC, forcing=force.kind).forcing == force
-    assert Parameters(**GENERIC, forcing="harmonic") == Parameters(**GENERIC)
 
 
 def test_no_force_is_an_amplitude_of_zero() -> None:
@@ -243,14 +225,6 @@ def test_arguments_that_read_no_file(
     assert str(error.value).startswith(words)
 
 
-def test_a_byte_far_down_that_is_no_text_is_named_once(tmp_path: Path) -> None:
-    path = tmp_path / "record.csv"
-    path.write_bytes(b"".join(b"%d,1\n" % k for k in range(5000)) + b"5000,\xb2\n")
-    message = refused(lambda: Record.read(path))
-    assert message.startswith(f"{path}: not a CSV file in UTF-8: 'utf-8' codec can't decode byte")
-    assert message.count("record.csv") == 1
-
-
 def test_files_that_never_end_are_refused(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "device").symlink_to("/dev/zero")
@@ -306,11 +280,6 @@ def test_noise_is_the_same_on_all_platforms() -> None:
                 total += rounded(mp.sin, turns) * rounded(mp.cos, fine)
                 total += rounded(mp.cos, turns) * rounded(mp.sin, fine)
             assert value[n] == total * (math.sqrt(2.0 / 48) / 2.0**32)
-
-
-def test_noise_has_the_digits_that_it_had() -> None:
-    value = Noise(7, 0.25, 1024.0, (0.0, 1.0)).record.value
-    assert [x.hex() for x in value[[0, 1, 2000, 4095]].tolist()] == DIGITS
 
 
 DIGITS = [

@@ -11,12 +11,8 @@ from new_process import modules_after
 
 import damper
 from damper.shell import main
-from damper.sizing.machine import machine_of
 from damper.sizing.page import sketch
-from damper.sizing.search import Search
-from damper.sizing.study import Sizes, WorstCase
-from damper.study.parts import SimulatedStudy
-from damper.study.rules import check_study
+from damper.sizing.study import Sizes
 from damper.study.yaml_file import ConfigError, dump_yaml
 
 FRAME = {
@@ -95,19 +91,6 @@ def test_runs_that_cannot_help_or_end_are_refused_before_the_search() -> None:
     free |= {"largest_mass": 1e-3, "damping_ratio": 0.0, "restitution": 0.99, "decay_to": 1e-6}
     with pytest.raises(ValueError, match=r"decay_to = 1e-06: the decay takes .* at most 1e\+06"):
         damper.design(free, initial_displacement=1.0)
-
-
-def test_the_study_of_small_changes_is_valid_with_plastic_stops_and_no_damping() -> None:
-    judge = WorstCase(machine_of(FRAME | {"restitution": 0.0, "damping_ratio": 0.0}))
-    study = judge.nearby(Sizes(10.0, 1e-3, 0.0), 30.0)
-    assert study["axes"].keys() >= {"free_mass", "gap"}
-    check_study(SimulatedStudy.model_validate(study))
-
-
-def test_masses_of_the_search_are_above_their_tolerance() -> None:
-    """A mass of 3 kg of the first grid would have gone down to -1 kg."""
-    search = Search(WorstCase(machine_of(FRAME | {"mass_tolerance": 4.0})))
-    assert min(one.mass for one in search.first_grid()) == 5.0
 
 
 def test_what_does_not_go_with_a_record_is_told(tmp_path: Path) -> None:
@@ -242,21 +225,6 @@ def test_the_place_of_a_page_is_tested_before_anything_is_computed(
     Path("studies/studies/sweep.yaml").mkdir(parents=True)
     Path("machine.yaml").write_text(dump_yaml(FRAME))
     assert message in called("design", "machine.yaml", "--output", place, code=1)
-
-
-def test_a_page_replaces_an_older_one_whole(tmp_path: Path) -> None:
-    quick = damper.design(FRAME | {"title": "A <b>press</b>, a < b"}, quick=True)
-    study = {"worst_case": {"source": "damper design"}}
-    replace(quick, response=None, studies=study).save(tmp_path)
-    (tmp_path / "response.csv").touch()
-    (tmp_path / "studies/own.yaml").touch()
-    quick.save(tmp_path)
-    files = {path.name for path in tmp_path.rglob("*.*")}
-    assert "own.yaml" in files
-    assert not files & {"worst_case.yaml", "response.csv"}
-    first = (tmp_path / "design.md").read_text().splitlines()[0]
-    assert first == r"# A \<b>press\</b>, a < b: its impact damper"
-    assert "<b>" not in (tmp_path / "design.html").read_text()
 
 
 def test_the_sketch_shows_what_drives_it_in_units_of_suitable_size() -> None:

@@ -64,13 +64,6 @@ def test_predecessors_by_brute_force(
         assert plan.predecessor[run] == expected
 
 
-def test_without_follow_and_draws_there_is_nothing_beside_the_grid() -> None:
-    axes = {"clearance": [0.1, 0.2]}
-    plan = branches(product(axes, {}), axes, {}, {})
-    assert plan.points == [{"clearance": 0.1}, {"clearance": 0.2}]
-    assert (plan.dimensions, plan.labels, plan.predecessor) == ({}, {}, None)
-
-
 def test_draws_are_those_of_pythons_generator() -> None:
     """Spelt out: draw by draw, the quantities of one draw in the order of the language."""
     generator = random.Random(7)
@@ -83,22 +76,6 @@ def test_draws_are_those_of_pythons_generator() -> None:
     assert found == {"initial_velocity": velocities, "initial_position": positions}
     # Whatever the order in which the file names them.
     assert draw(dict(reversed(DRAWS.items()))) == found
-
-
-@given(
-    seed=st.integers(0, 2**64),
-    low=st.floats(1e-300, 1, exclude_max=True),
-    width=st.floats(1e-6, 1e9),
-    spacing=st.sampled_from(["linear", "log"]),
-)
-def test_draws_lie_within_their_range(seed: int, low: float, width: float, spacing: str) -> None:
-    high = low + width
-    rule = {"range": (low, high), "spacing": spacing}
-    (values,) = draw({"count": 20, "seed": seed, "clearance": rule}).values()
-    assert len(values) == 20
-    assert all(low <= value <= high for value in values)
-    if high - low > 1e-3:
-        assert len(set(values)) == 20
 
 
 def test_more_draws_begin_with_the_fewer_and_seeds_differ() -> None:

@@ -18,11 +18,9 @@ import damper
 import damper.notebook
 from damper.analysis.closed_forms import damper_at
 from damper.analysis.orbits import follow_orbits
-from damper.engine.compiled import plain
 from damper.models import model_of
 from damper.parameters.forcing import FORCINGS, Forcing
 from damper.report.interactive import interactive
-from damper.study import check
 from damper.study.config import ConfigError, load_study
 from damper.study.fingerprint import fingerprint
 from damper.study.jobs import file_digest, read_files
@@ -89,15 +87,13 @@ def blame(folder: Path, *given: str) -> str:
     return studies.blame(folder, written(folder, *given), "forces")
 
 
-run = plain(studies.cube_of)
+run = studies.cube_of
 
 
 def simulated(said: str, **given: Any) -> xr.Dataset:
     """The same runs without a study."""
     observers = ["stroboscopic_section", "impacts", "response"]
-    return plain(damper.simulate)(
-        **given, forcing=SAID[said], transient=1, periods=4, observers=observers
-    )
+    return damper.simulate(**given, forcing=SAID[said], transient=1, periods=4, observers=observers)
 
 
 def same(one: xr.Dataset, other: xr.Dataset) -> None:
@@ -171,7 +167,7 @@ def test_each_draw_has_a_noise_of_its_own(tmp_path: Path) -> None:
     for draw, seed in enumerate(cube.noise_seed.values.tolist()):
         noise = damper.Noise(seed, 0.1, 60.0, (0.5, 2.0))
         assert force_of(cube.sel(draw=draw)) == {"forcing": noise}
-        direct = plain(damper.simulate)(
+        direct = damper.simulate(
             **POINT,
             clearance=[1],
             forcing=noise,
@@ -210,18 +206,6 @@ def test_studies_that_share_compiled_code_have_the_same_constants(tmp_path: Path
     assert {len(found) for found in sorts.values()} == {1}
 
 
-def test_override(tmp_path: Path) -> None:
-    load(tmp_path, NOISE % 1)
-    path = tmp_path / "forces.yaml"
-    for override, force in (
-        ({"seed": 2}, damper.Noise(2, 0.1, 60.0, (0.5, 2.0))),
-        ({"kind": "noise", "seed": 2}, damper.Noise(2, 0.1, 60.0, (0.5, 2.0))),
-        ({"kind": "base", "frame": "base"}, damper.Base("base")),
-        ("none", damper.NoForce()),
-    ):
-        assert load_study(path, {"forcing": override}).force == force
-
-
 @pytest.mark.parametrize(
     ("said", "right"),
     [
@@ -238,17 +222,6 @@ def test_override(tmp_path: Path) -> None:
 def test_schema(said: str, right: bool) -> None:
     data = yaml.safe_load(f"{STUDY}forcing: {said}\n")
     assert SCHEMA.is_valid(data) == right
-
-
-def test_default_is_in_no_result(tmp_path: Path) -> None:
-    """Results of studies without a force of their own are what they were."""
-    path = tmp_path / "plain.yaml"
-    path.write_text(STUDY)
-    bare, named = load_study(path), load(tmp_path, "harmonic")
-    assert "forcing" not in bare.to_yaml()
-    assert bare.parts(ENGINE) == named.parts(ENGINE)
-    assert bare.gathered(ENGINE) == named.gathered(ENGINE)
-    assert all("forcing" not in job.settings for job in bare.parts(ENGINE).values())
 
 
 def test_bytes_of_a_record_count(tmp_path: Path) -> None:
@@ -275,43 +248,6 @@ def test_bytes_of_a_record_count(tmp_path: Path) -> None:
             read_files(paths, digests)
 
 
-def test_a_record_is_scaled_along_an_axis(tmp_path: Path) -> None:
-    text = STUDY.replace("axes: {", "axes: {force_amplitude: {values: [0.5, 2]}, ")
-    cube = run(load(tmp_path, "{kind: record, time: [0, 1, 2], value: [0, 4, 1]}", "", text))
-    for scale in (0.5, 2.0):
-        scaled = damper.Record([0, 1, 2], [0, 4 * scale, scale])
-        direct = plain(damper.simulate)(
-            **POINT,
-            clearance=1.0,
-            forcing=scaled,
-            transient=1,
-            periods=4,
-            observers=["stroboscopic_section", "impacts"],
-        )
-        place = cube.sel(force_amplitude=scale, clearance=1.0)
-        for name in direct.data_vars:
-            np.testing.assert_allclose(place[name], direct[name], rtol=1e-12, err_msg=str(name))
-
-
-def test_check_says_that_runs_end_before_their_record(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    load(tmp_path, NOISE % 1)
-    assert check.main([str(tmp_path / "forces.yaml")]) == 0
-    said = "forces: runs end at 39.2699 (1 + 4 cycles), before their noise does, at 60\n"
-    assert said in capsys.readouterr().out
-
-
-def test_check_says_how_the_file_of_a_record_is_read(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "comma.csv").write_text("0;0\n1;1,5\n2;0\n")
-    load(tmp_path, "{kind: record, file: comma.csv}")
-    assert check.main([str(tmp_path / "forces.yaml")]) == 0
-    said = "forces: the file of its record has semicolons between columns, decimal commas ("
-    assert said in capsys.readouterr().out
-
-
 def test_examples_of_the_documentation(tmp_path: Path) -> None:
     section = (ROOT / "docs/studies.md").read_text().split("\n## Forces\n")[1].split("\n## ")[0]
     (tmp_path / "quake.csv").write_text(CSV)
@@ -328,16 +264,6 @@ def test_examples_of_the_documentation(tmp_path: Path) -> None:
         path.write_text(yaml.safe_dump(study))
         kinds.add(load_study(path).force.kind)
     assert kinds == {"record", "base", "none", "noise"}
-
-
-def test_page_and_cube_say_what_drives(tmp_path: Path) -> None:
-    said = "{kind: record, file: quake.csv, of: base_acceleration, stated: El Centro}"
-    study = load(tmp_path, said)
-    assert study.values["forcing"].startswith("record of base acceleration, 4 samples")
-    assert study.origins["forcing"] == "stated: El Centro"
-    cube = run(study)
-    assert json.loads(cube.attrs["forcing"])["file"] == "quake.csv"
-    assert cube.attrs["stated_forcing"] == "El Centro"
 
 
 def test_frequencies_in_hertz(tmp_path: Path) -> None:

@@ -13,7 +13,6 @@ from studies import ENGINE, MISTAKES, blame, cube_of, load
 from damper import State, simulate
 from damper.analysis.basins import basin_fractions
 from damper.analysis.reduction import share, worst
-from damper.engine.compiled import plain
 from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.units import attributes_of
 from damper.study.config import load_config
@@ -104,35 +103,6 @@ def test_draws_are_reduced_and_are_starts_where_states_are_drawn() -> None:
     others = {name: rule for name, rule in DRAWS.items() if name not in INITIAL_NAMES}
     with pytest.raises(ValueError, match="the cube has no starts"):
         basin_fractions(simulate(**REST, **run, draws=others))
-
-
-def test_draws_in_si_units() -> None:
-    """All parameters of a unit are drawn: each draw has units of its own."""
-    given = {"primary_mass": 2, "damping": 1.6, "force_amplitude": 5, "forcing_frequency": 22}
-    draws = {"count": 3, "seed": 2, "stiffness": [700, 900], "gap": [0.01, 0.02]}
-    cube = simulate(**given, free_mass=0.2, restitution=0.5, draws=draws, **RUN)
-    assert cube.displacement.attrs["units"] == "m"
-    for number in range(3):
-        drawn = {name: float(cube[name][number]) for name in ("stiffness", "gap")}
-        alone = simulate(**given, free_mass=0.2, restitution=0.5, **drawn, **RUN)
-        assert alone.displacement.values.tolist() == cube.displacement[number].values.tolist()
-
-
-def test_draws_go_with_a_steady_start() -> None:
-    draws = {"count": 3, "seed": 1, "initial_position": [-1, 1]}
-    cube = simulate(**SCENE, **RUN, initial="steady", draws=draws)
-    steady = simulate(**SCENE, **RUN, initial="steady")
-    assert (cube.displacement.isel(sample=0) == steady.displacement[0]).all()
-    apart = cube.free_displacement.isel(sample=0) - cube.displacement.isel(sample=0)
-    np.testing.assert_allclose(apart, 0.5 * cube.initial_position, atol=1e-15)
-
-
-def test_numpy_numbers_will_do() -> None:
-    """As they do for every parameter."""
-    plain = simulate(**REST, **RUN, draws=DRAWS)
-    numpy = {name: {k: np.array(v) for k, v in rule.items()} for name, rule in RULES.items()}
-    other = simulate(**REST, **RUN, draws={"count": np.int64(4), "seed": np.int64(11), **numpy})
-    assert other.identical(plain)
 
 
 ONE = {"count": 2, "seed": 1}
@@ -232,7 +202,6 @@ def test_draws_of_a_study(tmp_path: Path) -> None:
     assert (settings["count"], settings["restitution"]["range"]) == (7, (1e-3, 2e-3))
 
 
-@plain
 def test_jobs_that_share_the_draws_make_the_same_cube(tmp_path: Path) -> None:
     """With directions of a continuation, an axis that is fanned, and noise of each draw."""
     noise = "{kind: noise, seed: draw, step: 0.4, duration: 60, band: [0.2, 1.5]}"
@@ -271,9 +240,6 @@ def test_initial_quantities_among_parameters_and_axes(tmp_path: Path) -> None:
     assert study.slice_path({"initial_position": -1.0}) == "initial_position~-1"
 
 
-TABLE = "tables:\n  edges: {kind: intervals, along: clearance}\n"
-
-
 @pytest.mark.parametrize("name", MISTAKES["starts"])
 def test_mistake_is_told(tmp_path: Path, name: str) -> None:
     old, new, more, *parts = MISTAKES["starts"][name]
@@ -296,9 +262,3 @@ def test_resonance_in_a_grid_is_told(tmp_path: Path) -> None:
     )
     assert "no steady linear response" in blame(tmp_path, text + "initial: steady\n")
     load(tmp_path, text.replace("stop: 1.5", "stop: 0.9") + "initial: steady\n")
-
-
-def test_table_beside_a_steady_start(tmp_path: Path) -> None:
-    """One state at each point, so edges can be bisected from it."""
-    text = STUDY.replace("  phase: 0.1\n", "  restitution: 0.6\n")
-    load(tmp_path, text + "initial: steady\n" + TABLE)

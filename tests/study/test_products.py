@@ -12,7 +12,6 @@ import damper
 from damper.figures import draw
 from damper.observers import OBSERVERS, make_observers
 from damper.study.config import ConfigError, Study, load_study
-from damper.study.kinds import FIGURES
 
 GOOD: dict[str, Any] = {
     "title": "t",
@@ -157,21 +156,6 @@ def test_a_file_for_each_value(tmp_path: Path, figure: dict[str, Any]) -> None:
         "figures/one_mass_ratio~0.2": {"mass_ratio": 0.2},
     }
     assert places({"at": {"mass_ratio": 0.1}}) == {"figures/one": {"mass_ratio": 0.1}}
-
-
-def test_the_page_asks_for_its_figures_itself(tmp_path: Path) -> None:
-    study = load(tmp_path, MAP | {"each": "mass_ratio", "interactive": True})
-    assert list(study.interactive) == ["one"]
-    assert not any("interactive" in settings for _, settings in study.files("figures").values())
-
-
-def test_schematics_ask_nothing_of_the_study(tmp_path: Path) -> None:
-    figure = {"kind": "schematic", "drawing": "impact_damper"}
-    study = load(tmp_path, figure, without=[n for n in GOOD["observers"] if n != "response"])
-    made = study.figures["one"]
-    assert study.files("figures") == {"figures/one": (made, figure)}
-    assert made.reads == ()
-    assert all(cls.reads for kind, cls in FIGURES.items() if kind != "schematic")
 
 
 # Whatever observers write.

@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 from scenes import STUDY as POINT
 
-import damper
 from damper import State, simulate
-from damper.engine.compiled import plain
 from damper.observers.common.laws import broken
 from damper.parameters.quantities import ALL
 from damper.parameters.tables import WALL_TABLES
@@ -34,14 +32,6 @@ def test_sequences_become_dimensions_in_the_order_of_the_parameters() -> None:
     for name in ("damping_ratio", "frequency_ratio", "clearance"):
         assert cube[name].ndim == 0
         assert float(cube[name]) == POINT[name]
-
-
-@pytest.mark.parametrize("values", [(0.2, 0.6), range(2), np.array([0, 1])], ids=repr)
-def test_any_sequence_will_do(values: Any) -> None:
-    cube = simulate(**{**POINT, "restitution": values}, **SHORT)
-    assert cube.restitution.dtype == np.float64
-    np.testing.assert_array_equal(cube.restitution, np.asarray(values, dtype=float))
-    assert cube.status.shape == (2,)
 
 
 def test_same_numbers_as_single_runs() -> None:
@@ -85,41 +75,7 @@ def test_settings_reach_the_engine() -> None:
     assert not np.array_equal(coarse.displacement, simulate(**POINT, transient=20, periods=5))
 
 
-def test_defaults_are_those_described() -> None:
-    # To compile it takes longer than these runs.
-    cube = plain(simulate)(**POINT)
-    assert cube.attrs["transient_periods"] == 200
-    assert cube.attrs["recorded_periods"] == 50
-    assert cube.attrs["accuracy"] == 1e-12
-    assert cube.attrs["max_events"] == 1_000_000
-    assert {"displacement", "impacts_per_period", "chatter"} <= set(cube.data_vars)
-    explicit = plain(simulate)(
-        **POINT,
-        phase=0.0,
-        transient=200,
-        periods=50,
-        observers=["stroboscopic_section", "impacts", "bursts"],
-    )
-    assert explicit.identical(cube)
-
-
-def test_only_what_is_asked_for_is_in_the_cube() -> None:
-    cube = simulate(**POINT, observers=["impacts"], **SHORT)
-    assert set(cube.data_vars) == {
-        "status",
-        "impacts_per_period",
-        "mean_approach_speed",
-        "max_approach_speed",
-    }
-    cube = simulate(**POINT, observers={"bursts": {"compare_thresholds": [0.2, 0.1]}}, **SHORT)
-    np.testing.assert_array_equal(cube.threshold, [0.2, 0.1])
-    assert cube.chatter_by_threshold.dims == ("threshold",)
-    cube = simulate(**POINT, observers={"impact_section": {"samples": 11}}, **SHORT)
-    assert cube.sizes["sample"] == 11
-
-
 @pytest.mark.parametrize("count", [1, 2])
-@plain
 def test_masses_are_observed_without_a_word_on_observers(count: int) -> None:
     """The bursts of each mass; and one mass in a list is that one."""
     cube = simulate(**POINT, masses=[{}] * count, **SHORT)
@@ -160,12 +116,6 @@ def test_arguments_are_the_quantities_and_the_settings() -> None:
         message = rf"unknown argument '{wrong}' \(did you mean '{right}'\?\): must be one of param"
         with pytest.raises(TypeError, match=message):
             simulate(**POINT, **{wrong: 1.0})
-
-
-def test_loaded_on_first_use_from_the_package() -> None:
-    assert damper.simulate is simulate
-    with pytest.raises(AttributeError, match="simulat"):
-        damper.simulat  # noqa: B018
 
 
 @pytest.mark.parametrize(

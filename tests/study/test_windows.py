@@ -139,10 +139,3 @@ def test_decay_is_observed_after_a_record_alone(tmp_path: Path) -> None:
     assert "after a record" in blame(tmp_path, text)
     text = text.replace("transient: 0", "transient: {time: end}")
     load(tmp_path, text.replace("periods: {time: end}", "periods: {time: 9}"))
-
-
-def test_settings_refuse_models_that_they_do_not_know(tmp_path: Path) -> None:
-    text = STUDY.replace("{trajectory: {start: 1, length: 2}}", "{response: {extremes: true}}")
-    compliant = "gap: 0.02, contact_stiffness: 1e6"
-    message = blame(tmp_path, text.replace("gap: 0.02", compliant))
-    assert re.search(r"observers\.response\.extremes\n    response.* does not", message)

@@ -117,19 +117,6 @@ def test_followed_runs_are_a_chain(name: str, start: State | None) -> None:
         xr.testing.assert_equal(alone, cube.sel(direction=[direction]))
 
 
-def test_chain_is_worth_testing() -> None:
-    """Guards the test above: each run differs from a start at rest, and up from down."""
-    for name, values in AXES.items():
-        both = simulate(**{**SCENE, name: values}, **RUN, observers=SEEN, follow={name: "both"})
-        rest = simulate(**{**SCENE, name: values}, **RUN, observers=SEEN)
-        far = np.abs(both.displacement - rest.displacement).max("sample")
-        first = {"up": min(values), "down": max(values)}
-        for direction, value in itertools.product(first, values):
-            apart = float(far.sel({name: value, "direction": direction}))
-            assert (apart == 0.0) == (value == first[direction])
-            assert apart == 0.0 or apart > 1e-4
-
-
 # --- which run follows which
 
 
@@ -201,15 +188,6 @@ def test_each_draw_is_followed_on_its_own() -> None:
             np.testing.assert_array_equal(cube[name].isel(draw=number).values, array.values)
 
 
-def test_single_value_starts_as_usual() -> None:
-    run = {**RUN, "observers": SEEN}
-    cube = simulate(**{**SCENE, "clearance": [4.0]}, **run, follow={"clearance": "both"})
-    assert cube.displacement.dims == ("clearance", "direction", "sample")
-    alone = simulate(**{**SCENE, "clearance": [4.0]}, **run)
-    for direction in ("up", "down"):
-        assert cube.sel(direction=direction).drop_vars("direction").equals(alone)
-
-
 # --- a predecessor that stops
 
 
@@ -231,17 +209,6 @@ def test_successor_of_a_stopped_run_starts_afresh(start: State | None) -> None:
         for d in values:
             same = run.sel(clearance=d).drop_vars("direction").equals(rest.sel(clearance=d))
             assert same == (d in fresh[direction] or d == 0.0003)
-
-
-def test_every_run_stopped() -> None:
-    scene = {**SCENE, "restitution": 1.0}
-    cube = simulate(
-        **{**scene, "clearance": [0.0003, 0.0004]},
-        **RUN,
-        max_events=50,
-        follow={"clearance": "both"},
-    )
-    assert (cube.status == 1).all()
 
 
 # --- what goes on
@@ -282,19 +249,6 @@ def test_sticking_pair_sticks_at_the_next_clearance(recorder: Recorder) -> None:
                     assert (row[GAP_RATE], row[SIDE]) == (0.0, np.sign(place))
                     assert (row[MODE], row[CAUSE]) == (STICKING, STICK)
     assert stuck > 30
-
-
-def test_clearance_of_nothing_and_back(recorder: Recorder) -> None:
-    scene = {**SCENE, "clearance": [0.0, 0.5, 1.0]}
-    cube = simulate(**scene, **RUN, observers=SEEN, follow={"clearance": "both"})
-    assert (cube.status == 0).all()
-    _, first, then = recorder.starts[:3]
-    assert first[0].clearance == 0.5
-    assert (first[1].y, first[1].u) == (first[1].x, first[1].v)
-    assert then[0].clearance == 1.0
-    last = recorder.starts[-1]
-    assert last[0].clearance == 0.0
-    assert last[1].y == last[1].x
 
 
 def test_motion_in_metres_goes_on_along_the_stiffness() -> None:
@@ -403,10 +357,3 @@ def test_runs_that_are_no_chains_are_refused(after: list[int]) -> None:
     """Rather than left out without a word, with status 0."""
     with pytest.raises(ValueError, match="predecessor"):
         run_points([SCENE] * 3, ["impacts"], transient=0, periods=1, predecessor=after)
-
-
-def test_follow_that_is_no_mapping_is_told_in_words() -> None:
-    axes = {**SCENE, "clearance": [1.0, 2.0]}
-    for follow in ("clearance", {"clearance": ["up"]}):
-        with pytest.raises((ValueError, TypeError), match=r"follow.*(mapping|must be one of)"):
-            simulate(**axes, **RUN, follow=follow)

@@ -13,9 +13,9 @@ import xarray as xr
 from new_process import in_new_process
 
 from damper import simulate
-from damper.parameters.quantities import ALL, PARAMETER_NAMES, QUANTITIES
+from damper.parameters.quantities import ALL
 from damper.parameters.units import SI_UNITS, attributes_of, units_of
-from damper.sweep.cube import CONVENTIONS, REFERENCES, dataset, gather, write_cube
+from damper.sweep.cube import CONVENTIONS, REFERENCES, gather, write_cube
 from damper.sweep.parts import PartData, read_part, write_part
 from damper.sweep.slices import simulate_slice
 
@@ -111,33 +111,6 @@ def test_values_lie_at_their_coordinates(whole: xr.Dataset) -> None:
     assert cube.max_approach_speed.sel(point) == alone.max_approach_speed
 
 
-def test_descending_axes_keep_their_order() -> None:
-    cube = gathered(("mass_ratio",))
-    np.testing.assert_array_equal(cube.mass_ratio, [0.25, 0.05])
-    np.testing.assert_array_equal(cube.restitution, AXES["restitution"])
-
-
-def test_study_without_axes() -> None:
-    fixed = FIXED | {"mass_ratio": 0.1, "frequency_ratio": 1.3, "restitution": 0.5}
-    part = simulate_slice(fixed, {}, observers=OBSERVERS, **RUN)
-    cube = gather([part], {}, (), fixed, ATTRIBUTES)
-    assert cube.chatter.dims == ()
-    assert float(cube.restitution) == 0.5
-    assert cube.displacement.values.tolist() == part.arrays["displacement"][0].tolist()
-
-
-def test_missing_slice_is_noticed() -> None:
-    part = simulate_slice(
-        FIXED | {"mass_ratio": 0.1, "frequency_ratio": 1.3},
-        {"restitution": [0.1, 0.2]},
-        observers=OBSERVERS,
-        **RUN,
-    )
-    axes = {"mass_ratio": [0.1, 0.2], "restitution": [0.1, 0.2]}
-    with pytest.raises(ValueError, match="reshape"):
-        gather([part], axes, ("mass_ratio",), FIXED, ATTRIBUTES)
-
-
 # --- descriptions
 
 
@@ -151,44 +124,6 @@ def test_every_variable_has_units_and_long_name(whole: xr.Dataset) -> None:
 def test_udunits_reads_every_unit_of_a_quantity() -> None:
     units = {quantity.units for quantity in ALL.values()} | set(SI_UNITS.values()) | set(SI_UNITS)
     assert {attributes_of(one)["units"] for one in units} <= READ_BY_UDUNITS
-
-
-def test_units_of_lengths_speeds_and_times(whole: xr.Dataset) -> None:
-    units = {name: units_of(whole[name].attrs) for name in whole.variables}
-    lengths = {"displacement", "free_displacement", "clearance", "burst_accumulation_displacement"}
-    speeds = {
-        "velocity",
-        "free_velocity",
-        "mean_approach_speed",
-        "max_approach_speed",
-        "burst_first_speed",
-    }
-    times = {
-        "burst_onset",
-        "burst_onset_time_in_cycle",
-        "burst_accumulation_time",
-        "burst_duration",
-        "burst_sticking_time",
-    }
-    assert {name for name, unit in units.items() if unit == "F0/K"} == lengths
-    assert {name for name, unit in units.items() if unit == "F0/sqrt(K M)"} == speeds
-    assert {name for name, unit in units.items() if unit == "sqrt(M/K)"} == times
-    assert units["phase"] == "rad"
-    assert set(units.values()) == {"F0/K", "F0/sqrt(K M)", "sqrt(M/K)", "1", "rad"}
-
-
-def test_coordinates_are_the_parameters_by_name(whole: xr.Dataset) -> None:
-    # What chooses another model is there only where it is given.
-    rigid = [quantity for quantity in QUANTITIES if quantity.name in PARAMETER_NAMES[:6]]
-    assert set(whole.coords) == {*PARAMETER_NAMES[:6], "threshold"}
-    for quantity in rigid:
-        assert whole[quantity.name].attrs["long_name"] == quantity.long_name
-
-
-def test_thresholds_in_use_are_written_down(whole: xr.Dataset) -> None:
-    np.testing.assert_array_equal(whole.threshold, [0.1, 0.01, 0.03])
-    for name in ("visible_impacts", "chatter", "impacts_per_period"):
-        assert "0.03" in whole[name].attrs["comment"]
 
 
 def test_status_has_flags(whole: xr.Dataset) -> None:
@@ -278,41 +213,7 @@ def test_same_bytes_each_time(tmp_path: Path) -> None:
     assert first.read_bytes() == second.read_bytes()
 
 
-def test_file_is_compressed_netcdf4(tmp_path: Path) -> None:
-    write_cube(gathered(("mass_ratio",)), tmp_path / "cube.nc")
-    with netCDF4.Dataset(tmp_path / "cube.nc") as file:
-        assert file.data_model == "NETCDF4"
-        for name, variable in file.variables.items():
-            if name not in file.dimensions and variable.ndim:
-                assert variable.filters()["zlib"], name
-
-
 # --- the layout by hand
-
-
-def test_runs_become_axes_with_the_last_one_fastest() -> None:
-    runs = np.arange(6.0)
-    arrays = {
-        "bursts_per_period": runs,
-        "displacement": runs[:, None] * 10 + np.arange(2),
-        "status": np.zeros(6, "i1"),
-    }
-    part = simulate_slice(
-        FIXED | {"mass_ratio": 1.0, "frequency_ratio": 1.0, "restitution": 0.5},
-        {},
-        observers={"stroboscopic_section": {}, "bursts": {}},
-        **RUN,
-    )
-    variables = [v for v in part.variables if v.name in arrays]
-    axes = {"clearance": [1, 2], "restitution": [0.1, 0.2, 0.3]}
-    cube = dataset(axes, {"mass_ratio": 1}, arrays, variables, {}, {})
-    for i, j in itertools.product(range(2), range(3)):
-        place = cube.isel(clearance=i, restitution=j)
-        assert place.bursts_per_period == 3 * i + j
-        assert place.displacement.values.tolist() == [30 * i + 10 * j, 30 * i + 10 * j + 1]
-    assert cube.clearance.dtype == np.float64
-    assert float(cube.mass_ratio) == 1.0
-    assert "phase" not in cube.coords
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit on the size of files")

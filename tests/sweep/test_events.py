@@ -21,11 +21,6 @@ def events(scene: tuple, state: tuple = (0.0, 0.0, 0.0, 0.0), **settings: Any) -
 CHATTER = (0.1, 0.05, 0.2, 0.25, 0.6)
 
 
-def test_accuracy_buys_shorter_bursts() -> None:
-    rows = [len(events(CHATTER, until=46.0, accuracy=a)) for a in (1e-3, 1e-6, 1e-9, 1e-12, 1e-15)]
-    assert rows == sorted(set(rows))
-
-
 # --- phase and time
 
 
@@ -38,13 +33,6 @@ def test_a_start_at_another_time_is_another_phase() -> None:
     turned = events((*scene[:5], scene[5] + scene[2] * 3.7), state, until=26.3)[:8]
     assert late["kind"].tolist() == turned["kind"].tolist()
     assert np.abs(late["time"] - 3.7 - turned["time"]).max() < 1e-12
-
-
-def test_a_whole_turn_of_phase_changes_next_to_nothing() -> None:
-    scene, state = TURNED
-    here = events(scene, state, until=20.0)
-    there = events((*scene[:5], scene[5] + 2 * math.pi), state, until=20.0)
-    assert np.abs(here["time"] - there["time"]).max() < 1e-13
 
 
 # --- the array, its end and its errors
@@ -83,18 +71,6 @@ def test_max_events_ends_with_a_stopped_row(max_events: int) -> None:
     following = whole[max_events]
     assert last["time"] == pytest.approx(following["time"], abs=1e-13)
     assert last["x"] == pytest.approx(following["x"], abs=1e-13)
-
-
-def test_max_events_that_suffice_leave_no_stopped_row() -> None:
-    whole = events(CHATTER, until=60.0)
-    assert np.array_equal(events(CHATTER, until=60.0, max_events=len(whole)), whole)
-    assert STOPPED not in whole["kind"]
-    assert events(CHATTER, until=60.0, max_events=len(whole) - 1)["kind"][-1] == STOPPED
-
-
-def test_no_events_is_an_empty_array() -> None:
-    assert events((0.1, 0.05, 0.8, 100.0, 0.5), until=50.0).shape == (0,)
-    assert events(CHATTER, until=0.0).shape == (0,)
 
 
 @pytest.mark.parametrize("until", [math.nan, math.inf, -1.0])

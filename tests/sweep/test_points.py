@@ -18,7 +18,6 @@ from damper.engine.segment import CAUSE, FLIGHT, GAP, GAP_RATE, MODE, SIDE, STIC
 from damper.models import start_run
 from damper.parameters import NO_UNITS
 from damper.sweep.points import read_point
-from damper.sweep.runs import run_points
 
 POINT: dict[str, float] = STUDY | {"phase": 0.4}
 SI: dict[str, float] = SCENE_SI | {"gap": 0.02, "restitution": 0.6, "phase": 0.4}
@@ -109,25 +108,6 @@ def test_start_on_a_wall(side: int) -> None:
     point = read_point({**given, "initial_displacement": side})  # the spring pulls back
     first = events(point.parameters, point.start(), until=10.0)[0]
     assert (first["time"], first["kind"], first["side"]) == (0.0, 1, side)
-
-
-def test_start_between_no_walls() -> None:
-    """With clearance 0 every position is the same one; momentum is kept."""
-    for place in (-1.0, 0.3, 1.0):
-        values = {
-            **POINT,
-            "clearance": 0.0,
-            "initial_displacement": 0.3,
-            "initial_velocity": 1.0,
-            "initial_position": place,
-            "initial_relative_velocity": 0.5,
-        }
-        run = {"transient": 0, "periods": 1}
-        arrays, _ = run_points([values], {"stroboscopic_section": {"free_mass": True}}, **run)
-        assert arrays["displacement"][0, 0] == arrays["free_displacement"][0, 0] == 0.3
-        assert arrays["velocity"][0, 0] == arrays["free_velocity"][0, 0]
-        common = (1.0 + 0.1 * 1.5) / 1.1
-        assert arrays["velocity"][0, 0] == pytest.approx(common, rel=1e-15)
 
 
 @given(place=PLACES, relative=NUMBERS, phase=st.floats(-7, 7), omega=st.floats(0.1, 10))
@@ -221,43 +201,6 @@ def test_clearance_of_nothing_is_left_and_reached() -> None:
     none, some = (read_point({**POINT, "clearance": d}) for d in (0.0, 2.0))
     assert some.carried_over(none, State(0.3, 0.5, 0.3, 0.5)) == State(0.3, 0.5, 0.3, 0.5)
     assert none.carried_over(some, State(0.3, 0.5, 1.3, 0.75)) == State(0.3, 0.5, 0.3, 0.75)
-
-
-@given(
-    stiffness=st.tuples(st.floats(10, 1e6), st.floats(10, 1e6)),
-    masses=st.tuples(st.floats(1e-2, 1e3), st.floats(1e-2, 1e3)),
-    x=st.floats(-5, 5),
-    v=st.floats(-5, 5),
-    relative=st.floats(-5, 5),
-    place=PLACES,
-)
-def test_the_motion_in_metres_goes_on(
-    stiffness: tuple[float, float],
-    masses: tuple[float, float],
-    x: float,
-    v: float,
-    relative: float,
-    place: float,
-) -> None:
-    """Where units change from point to point, the state in m and m/s does not."""
-    one, two = (
-        read_point({**SI, "stiffness": k, "primary_mass": m})
-        for k, m in zip(stiffness, masses, strict=True)
-    )
-    d = one.parameters.clearance
-    end = State(x, v, x + place * d * (1 - 1e-9), v + relative, 0.5)
-    start = two.carried_over(one, end)
-    sizes = [  # F0/K and F0/sqrt(K M) from the numbers given
-        (10.0 / k, 10.0 / math.sqrt(k) / math.sqrt(m))
-        for k, m in zip(stiffness, masses, strict=True)
-    ]
-    (length, speed), (new_length, new_speed) = sizes
-    assert start.x * new_length == pytest.approx(x * length, rel=1e-14)
-    assert start.v * new_speed == pytest.approx(v * speed, rel=1e-14)
-    scale = abs(x) * length + 0.01
-    assert start.y * new_length == pytest.approx(end.y * length, abs=1e-13 * scale)
-    scale = (abs(v) + abs(relative)) * speed
-    assert start.u * new_speed == pytest.approx(end.u * speed, abs=1e-14 * scale)
 
 
 def test_local_time_stays_in_the_period() -> None:

@@ -1,14 +1,12 @@
 """How far a sweep is, in a log and on a terminal, by a clock of our own."""
 
 import io
-import re
 import sys
 import time
 from collections.abc import Iterator
 
 import pytest
 
-import damper
 from damper.engine import terminal
 from damper.sweep import progress
 
@@ -56,20 +54,6 @@ def test_lines(monkeypatch: pytest.MonkeyPatch, step: float, lines: list[str]) -
     assert "left" not in found[-1]
 
 
-def test_what_comes_before_the_first_point_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
-    """There the code is compiled."""
-    monkeypatch.setattr(progress, "monotonic", iter([0.0, 100.0, 101.0, 102.0]).__next__)
-    log = io.StringIO()
-    show = progress.progress_lines(log)
-    for done in (1, 2, 3):
-        show(done, 6)
-    assert log.getvalue().splitlines() == [
-        "1 of 6 points",
-        "2 of 6 points, 1 a second, 4 s left",
-        "3 of 6 points, 1 a second, 3 s left",
-    ]
-
-
 def test_what_compiles_between_points_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(progress, "monotonic", iter([0.0, 1.0, 2.0, 99.0, 99.5, 100.0]).__next__)
     log = io.StringIO()
@@ -114,16 +98,6 @@ def test_bar_is_for_terminals_and_for_what_takes_longer_than_a_second(
         assert show is None
 
 
-def test_a_branch_says_how_much_of_its_range_is_followed(monkeypatch: pytest.MonkeyPatch) -> None:
-    orbit = damper.periodic_orbit(damper.Parameters(0.1, 0.1, 1.0, 5.0, 0.5))
-    clock(monkeypatch, 1.0)
-    monkeypatch.setattr(sys, "stderr", watched := Terminal())
-    monkeypatch.setenv("COLUMNS", "200")
-    damper.continue_orbit(orbit, "clearance", 4.9, 5.1, step=0.2)
-    *_, last, _, _ = watched.getvalue().split("\r")
-    assert re.search(r"following clearance: \d+ of 100 % of the range, .* left", last)
-
-
 def test_what_takes_long_is_said_and_the_line_goes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(terminal, "_PATIENCE", 0.01)
     monkeypatch.setattr(terminal, "_AGAIN", 0.01)
@@ -139,20 +113,3 @@ def test_what_takes_long_is_said_and_the_line_goes(monkeypatch: pytest.MonkeyPat
     with terminal.saying("silent"):
         time.sleep(0.05)
     assert quiet.getvalue() == ""
-
-
-def test_each_step_has_a_rate_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two a second of the first step are none of the second, which begins with its own number."""
-    clock(monkeypatch, 0.5)
-    monkeypatch.setattr(sys, "stderr", watched := Terminal())
-    monkeypatch.setenv("COLUMNS", "200")
-    steps = iter(["tried"] * 5 + ["cases"] * 2)
-    with progress.progress_bar(lambda: next(steps), "") as show:
-        assert show is not None
-        for done in range(1, 6):
-            show(done, 5)
-        show(20, 100)
-        show(21, 100)
-    lines = [line.strip() for line in watched.getvalue().split("\r")[1:]]
-    assert lines[-4].endswith("cases: 20 of 100")
-    assert lines[-3].endswith("cases: 21 of 100, 2 a second, 40 s left")

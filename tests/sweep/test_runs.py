@@ -153,40 +153,6 @@ def test_stopped_run_has_no_numbers() -> None:
                 assert (last == -1).all(), variable.name
 
 
-def test_arrays_have_the_types_and_sizes_described() -> None:
-    sizes = {"sample": 7, "threshold": 1, "burst": 5}
-    observers = {name: SETTINGS[name] for name in ("stroboscopic_section", "impacts", "bursts")}
-    arrays, made = run_points(POINTS[:2], observers, transient=0, periods=7)
-    described = [variable for observer in made for variable in observer.variables]
-    assert {variable.name for variable in described} | {"status"} == set(arrays)
-    for variable in described:
-        array = arrays[variable.name]
-        assert array.dtype == np.dtype(variable.dtype)
-        assert array.shape == (2, *(sizes[dim] for dim in variable.dims))
-    assert arrays["status"].dtype == np.dtype("i1")
-
-
-def test_no_points() -> None:
-    arrays, _ = run_points([], ["stroboscopic_section", "bursts"], transient=0, periods=4)
-    assert arrays["status"].shape == (0,)
-    assert arrays["displacement"].shape == (0, 4)
-
-
-def test_phase_may_be_missing() -> None:
-    without, _ = run_points([POINT], ["impacts"], transient=0, periods=5)
-    zero, _ = run_points([{**POINT, "phase": 0.0}], ["impacts"], transient=0, periods=5)
-    other, _ = run_points([{**POINT, "phase": 1.0}], ["impacts"], transient=0, periods=5)
-    assert without["max_approach_speed"] == zero["max_approach_speed"]
-    assert without["max_approach_speed"] != other["max_approach_speed"]
-
-
-def test_start_is_the_state_given() -> None:
-    state = State(0.2, 0.1, 0.21, 0.05)
-    arrays, _ = run_points([POINT], ["stroboscopic_section"], transient=0, periods=1, state=state)
-    assert arrays["displacement"][0, 0] == 0.2
-    assert arrays["velocity"][0, 0] == 0.1
-
-
 @pytest.mark.parametrize("after", [None, [1, 2, -1, -1, 3, -1]])
 def test_progress_counts_runs(after: list[int] | None) -> None:
     done: list[tuple[int, int]] = []
@@ -198,6 +164,7 @@ def test_progress_counts_runs(after: list[int] | None) -> None:
 # --- threads
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("followed", [False, True])
 def test_same_bytes_for_any_number_of_threads(followed: bool) -> None:
     points = [{**POINT, "clearance": float(d)} for d in np.geomspace(3e-4, 3.0, 24)]
@@ -212,31 +179,6 @@ def test_same_bytes_for_any_number_of_threads(followed: bool) -> None:
         assert list(arrays) == list(one)
         for name, array in one.items():
             assert arrays[name].tobytes() == array.tobytes(), name
-
-
-@pytest.mark.skipif(not COMPILED, reason="one thread without numba")
-def test_threads_share_out_the_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    together = threading.Barrier(3)
-    run_chain = runs._Sweep._run_chain
-
-    def with_the_others(*arguments: Any) -> None:
-        together.wait(timeout=60.0)
-        run_chain(*arguments)
-
-    monkeypatch.setattr(runs._Sweep, "_run_chain", with_the_others)
-    done: list[int] = []
-
-    def progress(number: int, total: int) -> None:
-        done.append(number)
-
-    run_points([POINT] * 12, [], transient=0, periods=1, progress=progress, workers=3)
-    assert done == list(range(1, 13))
-
-
-@pytest.mark.parametrize(("points", "most"), [(1, 1), (7, 1), (8, 2), (400, 100)])
-def test_a_few_points_start_no_threads(points: int, most: int) -> None:
-    assert 1 <= runs._threads(None, points, points) <= most
-    assert runs._threads(None, points, 1) == 1
 
 
 @pytest.mark.parametrize("workers", [0, -1, 1.5])
@@ -348,15 +290,6 @@ def test_refusals_come_before_anything_is_run(change: dict[str, Any], message: s
     with pytest.raises(ValueError, match=message):
         run_points(**arguments)
     assert done == []
-
-
-def test_whole_numbers_may_be_floats() -> None:
-    """5.0 periods are a whole number of periods."""
-    names = ["stroboscopic_section", "impacts", "bursts"]
-    whole, _ = run_points([POINT], names, transient=2, periods=5)
-    floats, _ = run_points([POINT], names, transient=2.0, periods=5.0)
-    for name, array in whole.items():
-        np.testing.assert_array_equal(floats[name], array)
 
 
 def test_product_has_the_last_axis_fastest() -> None:

@@ -21,18 +21,12 @@ from studies import blame, load
 
 import damper
 from damper import Parameters, SIParameters, State, events, simulate
-from damper.engine.compiled import plain
 from damper.observers import OBSERVERS, observer_class
 from damper.parameters import NO_UNITS, Units
 from damper.parameters.quantities import (
     INITIAL_NAMES,
-    PARAMETER_NAMES,
-    SI_NAMES,
-    SI_QUANTITIES,
 )
 from damper.parameters.units import AMPLITUDES, name_of, units_of
-from damper.study.config import ConfigError
-from damper.sweep.cube import CONVENTIONS, write_cube
 from damper.sweep.orbits.periodic import followed
 from damper.sweep.runs import run_points
 
@@ -130,15 +124,6 @@ def test_ratios_and_units_are_those_of_the_formulas(model: str, force: str) -> N
         assert si.cycle == pytest.approx(2 * math.pi / si.forcing_frequency, rel=1e-15)
 
 
-def test_sizes_by_hand() -> None:
-    si = SIParameters(**SI)
-    assert numbers(si.dimensionless) == pytest.approx(numbers(Parameters(**RATIOS)), rel=1e-15)
-    units = si.units
-    assert [units.size(unit) for unit in (*UNITS, "1", "rad")] == [0.05, 0.1, 0.5, 0.5, 1.0, 1.0]
-    run = {"transient": 0, "periods": 4, "observers": ["accumulation"]}
-    assert_scaled(simulate(si, **run), simulate(si.dimensionless, **run), units)
-
-
 # --- the same motion
 
 
@@ -180,7 +165,6 @@ def assert_scaled(cube: xr.Dataset, ratios: xr.Dataset, units: Units) -> None:
 @pytest.mark.parametrize(
     ("model", "force"), thinned(SCENES, lambda pair: SCENES.index(pair) % 5 == 0)
 )
-@plain
 def test_a_run_in_si_is_the_dimensionless_one_in_other_units(model: str, force: str) -> None:
     """Every variable of every observer, and every column of the events, to the last bit."""
     chance, si = random.Random(f"{model}, {force}"), random_damper(model, force, 0)
@@ -218,7 +202,6 @@ def test_a_run_in_si_is_the_dimensionless_one_in_other_units(model: str, force: 
         *(("rigid", force) for force in FORCES if "base in" in force or force == "unbalance"),
     ],
 )
-@plain
 def test_an_orbit_in_si_is_the_dimensionless_one_in_other_units(model: str, force: str) -> None:
     """Its sensitivities too: by the chain rule, with derivatives of the formulas."""
     driven = {"phase": 0.4, "gravity": 0.02, "forcing": FORCES[force](random.Random())}
@@ -256,15 +239,6 @@ def test_an_orbit_in_si_is_the_dimensionless_one_in_other_units(model: str, forc
         np.testing.assert_allclose(found, known, rtol=1e-6, atol=1e-8 * abs(known).max())
 
 
-def test_a_free_mass_between_walls_that_stand_still() -> None:
-    """It flies half the gap at .5 m/s, then the whole gap, each time at half the speed before."""
-    si = SIParameters(**SI | {"free_mass": 2e-6, "force_amplitude": 1e-6})
-    found = events(si, State(0.0, 0.0, 0.0, 0.5), until=2.0)
-    assert found["time"] == pytest.approx([0.1, 0.1 + 0.1 / 0.25, 0.5 + 0.1 / 0.125], rel=1e-5)
-    assert found["approach_speed"] == pytest.approx([0.5, 0.25, 0.125], rel=1e-4)
-    assert found["side"].tolist() == [1, -1, 1]
-
-
 # --- forces
 
 BASE_RECORD = damper.Record([0.0, 2.0, 5.0], [0.0, 1.0, -0.5], of="base_acceleration")
@@ -297,21 +271,6 @@ def test_dimensionless_results_name_the_units_of_their_force(force: Any, names: 
     assert (
         figure.axes[0].get_xlabel().replace("\n", " ").replace("\xa0", " ").endswith(f"/ {shown}")
     )
-
-
-@pytest.mark.parametrize("name", [name for name in FORCES if name != "none"])
-def test_a_damper_is_the_same_however_its_twin_was_scaled(name: str) -> None:
-    p = Parameters(0.1, 0.1, 1.1, 1.0, 0.5, forcing=FORCES[name](random.Random(1)))
-    one = SIParameters.of(p, 2.0, 200.0, 3.0)
-    two = SIParameters.of(dataclasses.replace(p, force_amplitude=2.0), 2.0, 200.0, 3.0)
-    assert two == dataclasses.replace(one, force_amplitude=2.0 * one.force_amplitude)
-    # sqrt(M/K) = 0.1 s
-    if name == "noise":
-        assert one.forcing.band == pytest.approx((5.0, 40.0), rel=1e-15)
-    if p.forcing.samples:
-        seconds, scaled = (getattr(f, "record", f) for f in (one.forcing, p.forcing))
-        np.testing.assert_allclose(seconds.time, 0.1 * scaled.time, rtol=1e-14)
-        np.testing.assert_array_equal(seconds.value, scaled.value)
 
 
 def under(force: Any, amplitude: float, **changed: Any) -> SIParameters:
@@ -355,27 +314,6 @@ def test_a_base_that_is_accelerated_in_si() -> None:
 # --- cubes
 
 
-def test_cube_named_by_si_names(tmp_path: Path) -> None:
-    axes = {"stiffness": [100.0, 200.0, 300.0], "gap": [0.05, 0.1]}
-    cube = simulate(**SI | axes, initial_displacement=[0.0, 0.01], **RUN)
-    assert cube.displacement.dims == ("stiffness", "gap", "initial_displacement", "sample")
-    units = {quantity.name: quantity.units for quantity in SI_QUANTITIES}
-    for name in SI:
-        assert cube[name].attrs["units"] == units[name]
-        assert cube[name].attrs["long_name"]
-    assert [units[name] for name in SI] == [
-        *("kg", "N s/m", "N/m", "N", "rad/s", "kg", "m", "1", "rad")
-    ]
-    assert cube.initial_displacement.attrs["units"] == "m"
-    assert cube.displacement.attrs["units"] == "m"
-    assert cube.velocity.attrs["units"] == cube.max_approach_speed.attrs["units"] == "m/s"
-    assert cube.burst_onset.attrs["units"] == "s"
-    assert not set(cube.variables) & (set(PARAMETER_NAMES) - set(SI_NAMES))
-    write_cube(cube, tmp_path / "cube.nc")
-    with xr.open_dataset(tmp_path / "cube.nc") as back:
-        xr.testing.assert_identical(back.load(), cube.assign_attrs(Conventions=CONVENTIONS))
-
-
 def test_each_point_has_its_own_units() -> None:
     """Along axes that change every unit, with draws beside them."""
     axes = {"primary_mass": [1.0, 2.0], "stiffness": [100.0, 200.0], "force_amplitude": [5.0, 10.0]}
@@ -406,15 +344,6 @@ def test_state_is_in_metres_and_seconds() -> None:
         simulate(**SI, state=State(0.0, 0.0, 0.06, 0.0), **RUN)
     on_the_wall = simulate(**SI, state=State(0.31, 0.0, 0.31 + 0.05, 0.0), **RUN)
     assert on_the_wall.status == 0
-
-
-def test_steady_start_in_metres() -> None:
-    scene = {**SI, "gap": 1e3}
-    cube = simulate(**scene, initial="steady", transient=0, periods=3, observers=STATE)
-    gain = 10.0 / complex(200.0 - 2.0 * 11.0**2, 4.0 * 11.0)
-    turning = gain * complex(math.cos(0.3), math.sin(0.3))
-    np.testing.assert_allclose(cube.displacement, turning.imag, rtol=1e-12)
-    np.testing.assert_allclose(cube.velocity, 11.0 * turning.real, rtol=1e-12)
 
 
 # --- refusals
@@ -515,20 +444,6 @@ def test_mistake_in_a_study_in_si(tmp_path: Path, old: str) -> None:
     message = blame(tmp_path, STUDY.replace(old, new))
     assert message.startswith("1 error ")
     assert [part for part in parts if part not in message] == []
-
-
-def test_ratio_that_leaves_its_range_along_an_axis_of_a_study(tmp_path: Path) -> None:
-    """Known when the file is read, from the ends of the axes."""
-    with pytest.raises(ConfigError, match=r"parameters\n +damping_ratio = 10\.6.*, from damping"):
-        load(tmp_path, STUDY.replace("damping: 4", "damping: 300"))
-
-
-def test_undamped_resonance_in_a_study_in_si(tmp_path: Path) -> None:
-    """Known when the file is read, as for a study in ratios."""
-    text = STUDY.replace("damping: 4", "damping: 0").replace("frequency: 11", "frequency: 10")
-    load(tmp_path, text)
-    with pytest.raises(ConfigError, match=r"initial\n.*no steady linear response"):
-        load(tmp_path, text + "initial: steady\n")
 
 
 # --- runs

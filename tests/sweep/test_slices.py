@@ -2,8 +2,6 @@
 
 import json
 import re
-import time
-import zipfile
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -15,7 +13,7 @@ from new_process import modules_after
 from damper.sweep.grid import product
 from damper.sweep.parts import DamagedPartError, PartData, read_part, write_part
 from damper.sweep.runs import run_points
-from damper.sweep.slices import run_part, simulate_slice
+from damper.sweep.slices import simulate_slice
 
 FIXED = {
     "mass_ratio": 0.1,
@@ -98,36 +96,6 @@ def test_written_and_read_back(tmp_path: Path, kind: str) -> None:
     assert_equal(read_part(path), part)
     with np.load(path, allow_pickle=False) as file:
         assert {file[name].dtype.kind for name in file.files} <= {"f", "i", "U"}
-
-
-def test_branches_and_missing_numbers() -> None:
-    part = SLICES["branches"]()
-    assert part.about["branches"] == {"direction": ["up", "down"], "draw": [0, 1, 2]}
-    assert part.arrays["status"].shape == (3 * 2 * 3,)
-    assert len(part.about["labels"]["initial_velocity"]) == 3
-    part = SLICES["no values"]()
-    assert part.arrays["status"].tolist() == [1, 1, 1]
-    assert (part.about["branches"], part.about["labels"]) == ({}, {})
-    assert part.arrays["chatter"].dtype == np.int8
-    assert part.arrays["visible_impacts"].dtype == np.int32
-    assert (part.arrays["chatter"] == -1).all()
-    assert np.isnan(part.arrays["complete_fraction"]).all()
-
-
-def test_same_bytes_each_time(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    paths = tmp_path / "a.npz", tmp_path / "b.npz"
-    write_part(run_part(fixed=FIXED, axes=AXES, **RUN), paths[0])
-    time.sleep(2.1)  # times in zip files have a resolution of two seconds
-    write_part(run_part(fixed=FIXED, axes=AXES, **RUN), paths[1])
-    assert paths[0].read_bytes() == paths[1].read_bytes()
-    with zipfile.ZipFile(paths[0]) as archive:
-        assert {info.date_time for info in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
-    assert "3 of 3 points" in capsys.readouterr().err
-
-
-def test_bad_values_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"restitution = 1\.5"):
-        simulate_slice(FIXED, {"restitution": [0.5, 1.5]}, **RUN)
 
 
 JOB = """

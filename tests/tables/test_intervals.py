@@ -98,35 +98,3 @@ def test_how_edges_move_by_hand(made: Any) -> None:
         "- any, from 1 % to 10 %: the lower edge moves by +0.060 to +0.250, "
         "the upper edge by -0.030 to +0.040 (2 of 2 rows have intervals at both).",
     ]
-
-
-def test_how_edges_move_without_intervals_at_both(made: Any) -> None:
-    found = [
-        (0.1, "3 %", "complete", 0.4, 0.7, False, False),
-        (0.1, "1 %", "complete", 0.3, 0.7, False, False),
-        (0.1, "10 %", "complete", 0.5, 0.52, True, False),
-    ]
-    complete, either = made(found).body[6].splitlines()
-    assert complete.startswith("- complete, from 1 % to 10 %: no row has intervals at both")
-    assert "in 1 rows they vanish" in complete
-    assert either == "- any, from 1 % to 10 %: no row has intervals at both."
-
-
-def test_speed_and_fractions_are_not_one_scale(made: Any) -> None:
-    """A main threshold in absolute speed is no point between fractions of the first speed."""
-    found = [
-        (0.1, "speed 0.02", "complete", 0.4, 0.7, False, False),
-        (0.1, "1 %", "complete", 0.3, 0.7, False, False),
-        (0.1, "10 %", "complete", 0.5, 0.7, False, False),
-    ]
-    table = made(found, threshold={"speed": 0.02}, compare_thresholds=[0.01, 0.1])
-    assert "(threshold speed 0.02)" in table.body[1]
-    assert "chance" not in table.body[1]
-    assert "from 1 % to 10 %: the lower edge moves by +0.200 to +0.200" in table.body[6]
-
-
-def test_places_without_chatter_have_rows(made: Any) -> None:
-    """A reader must see that a place was looked at and has none."""
-    table = made([], compare_thresholds=[])
-    assert len(table.body) == 3
-    assert table.body[2].to_numpy().tolist() == [["0.1", "none", "none"], ["0.2", "none", "none"]]

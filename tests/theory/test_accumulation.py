@@ -5,8 +5,6 @@ import random
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
 from mpmath import mpf
 from tails import completed
 
@@ -99,25 +97,6 @@ def test_slopes_are_two_and_three(seed: int) -> None:
 # --- symmetry, the engine, ends of the range
 
 
-@settings(max_examples=40)
-@given(time=st.floats(0, 20), x=st.floats(-3, 3), v=st.floats(-3, 3), w=st.floats(1e-6, 0.1))
-def test_both_walls_are_mirror_images(time: float, x: float, v: float, w: float) -> None:
-    p = Parameters(0.3, 0.1, 0.7, 0.5, 0.7)
-    turned = Parameters(0.3, 0.1, 0.7, 0.5, 0.7, phase=math.pi)
-    push = x + 0.2 * v - math.sin(0.7 * time)
-    assume(abs(push) > 1e-6)
-    if push < 0.0:
-        for args in ((p, 1, time, x, v, w), (turned, -1, time, -x, -v, w)):
-            with pytest.raises(ValueError, match="is not positive"):
-                predict(*args)
-        return
-    right = predict(p, 1, time, x, v, w)
-    left = predict(turned, -1, time, -x, -v, w)
-    if right.error < 0.1:
-        assert left[:2] == pytest.approx(right[:2], rel=1e-9)
-        assert left[2:4] == pytest.approx([-right[2], -right[3]], rel=1e-9, abs=1e-12)
-
-
 def test_second_order_is_what_the_engine_closes_tails_with() -> None:
     """An impact on the right wall with the approach speed w / r begins a tail."""
     p, w = P, 1e-6
@@ -130,12 +109,6 @@ def test_second_order_is_what_the_engine_closes_tails_with() -> None:
     found = predict(p, 1, 2.0, tail.x, tail.v, tail.gap_rate)
     assert found.second_order_time == pytest.approx(tail.completion, rel=1e-14)
     assert found.error * found.first_order_time <= trajectory.model.tolerance
-
-
-def test_plastic_impact_ends_the_burst() -> None:
-    p = Parameters(0.5, 0.2, 0.3, 0.5, 0.0)
-    assert predict(p, 1, 2.0, 2.0, 0.1, 0.0) == (0.0, 0.0, 0.0, 0.0, 0.0)
-    assert completion_times(0.0, 0.5, 1.0, 2.0, 0.0) == (0.0, 0.0)
 
 
 def test_where_theory_claims_nothing() -> None:

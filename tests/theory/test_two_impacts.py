@@ -176,17 +176,6 @@ def test_undamped_resonance_has_one() -> None:
         assert orbit.forcing_phase == pytest.approx(1.5 * math.pi, rel=1e-14)
 
 
-@pytest.mark.parametrize("omega", [1.0 / 3.0, 0.2])
-def test_undamped_odd_subharmonics_have_none(omega: float) -> None:
-    p = damper.Parameters(0.1, 0.0, omega, 0.5, 0.6)
-    assert orbits(p) == []
-    assert orbits(damper.Parameters(0.1, 0.0, 1.001 * omega, 0.01, 0.6))
-
-
-def test_no_clearance_has_none() -> None:
-    assert orbits(damper.Parameters(0.1, 0.1, 1.0, 0.0, 0.5)) == []
-
-
 def test_a_plastic_impact_into_a_push_is_not_admissible() -> None:
     """With r = 0 the masses separate only where the wall draws away at once."""
     seen = set()

@@ -1,7 +1,5 @@
 """References of scenes: what they hold, and how they are kept."""
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
 from mpmath import mp, mpf
@@ -31,14 +29,6 @@ def test_events_and_state_of_a_burst(burst):
     with mp.workdps(60):
         for text, right in zip(burst["final_state"], sharper.final, strict=True):
             assert abs(mpf(text) - right) < mpf("1e-50")
-
-
-def test_floats_are_the_nearest_to_all_digits(burst):
-    for text, value in zip(burst["impact_times"], map(float, burst["impact_times"]), strict=True):
-        assert len(text.replace(".", "").lstrip("0")) == 50
-        exact = Fraction(text)
-        for other in (np.nextafter(value, 0), np.nextafter(value, 99)):
-            assert abs(exact - Fraction(value)) < abs(exact - Fraction(other))
 
 
 def test_written_and_read_again_with_the_same_bytes(burst, tmp_path):

@@ -14,7 +14,6 @@ from scenes import SLOW
 
 from damper.observers import class_in
 from damper.study.study_file import ProductBase
-from damper.sweep.cube import CONVENTIONS, write_cube
 from damper.sweep.parts import PartData
 from damper.verification import timing
 from damper.verification.comparison import OUTCOMES, runs
@@ -30,7 +29,7 @@ from damper.verification.comparison.solvers import (
     Solver,
     read_scene,
 )
-from damper.verification.comparison.tables import solver_errors, solver_speed
+from damper.verification.comparison.tables import solver_errors
 
 IMPACTS, SIDES = np.array([1.0, 3.0, 5.0]), np.array([-1.0, 1.0, -1.0])
 FINAL = np.array([0.5, -0.25, 0.125, 1.0])
@@ -129,16 +128,6 @@ def test_errors_and_outcomes_of_every_level(errors):
         assert array.attrs["long_name"], name
 
 
-def test_cubes_come_back_from_files_of_the_same_bytes(cubes, tmp_path):
-    for cube in cubes:
-        for name in "ab":
-            write_cube(cube, tmp_path / name)
-        assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
-        with xr.open_dataset(tmp_path / "a") as back:
-            written = cube.assign_attrs(Conventions=CONVENTIONS)
-            xr.testing.assert_identical(back.load(), written)
-
-
 # --- run times
 
 
@@ -170,13 +159,6 @@ def test_median_without_the_first_run(clock):
     assert found.tolist() == [[[3.0]]]
 
 
-def test_solvers_and_levels_take_turns(clock):
-    clock.use(rk4_located=lambda scene: 0.1, dop853=lambda scene: 0.2)
-    time_solvers(SCENES, {"dop853": [0.2], "rk4_located": [0.5, 0.25]}, 3, 2.0, math.inf)
-    turn = [("dop853", 0.2), ("rk4_located", 0.5), ("rk4_located", 0.25)]
-    assert clock.log == [("dop853", 0.2), ("rk4_located", 0.5), *turn, *reversed(turn), *turn]
-
-
 # --- tables
 
 
@@ -205,20 +187,6 @@ def test_errors_table(errors):
     assert cells["dop853"][-1] == "0.1, 0.01: good; 1e-3: capped at t = 0.5"
     assert cells["rk4_located"][-1] == "stalled at t = 2"
     assert cells["moreau_jean"][-1] == "events missed"
-
-
-def test_times_table(cubes):
-    table = made(solver_speed, *cubes)
-    rows = list(csv.DictReader(io.StringIO(table.csv())))
-    one = next(row for row in rows if row["solver"] == "dop853" and row["setting"] == "0.01")
-    assert float(one["run_time"]) == pytest.approx(0.01)
-    assert float(one["time_per_impact"]) == pytest.approx(0.01 / 3, rel=1e-3)
-    assert "Machine: A processor, 2 cores, numpy 9.9." in table.markdown()
-    cells = cells_of(table.markdown())
-    assert cells[0] == ["solver", "1e-3", "1e-6", "1e-9", "1e-12"]
-    assert cells[2][1:3] == ["10 ms", "100 ms"]  # 2e-5 and 2e-7
-    assert cells[3][1:3] == ["1 ms (×0.1)", "10 ms (×0.1)"]
-    assert cells[4][1:] == ["not reached"] * 4
 
 
 # --- figures
