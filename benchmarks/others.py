@@ -200,27 +200,49 @@ BALLS = {
 }
 
 
+#: Laws of a ball's restitution: name -> what its parameters beside r are called, where the fit
+#: starts, and what they are of a damper.
+LAWS: dict[str, tuple[str, float, Callable[[float], dict[str, float]]] | None] = {
+    "constant": None,
+    # From 1 on, so that steps over the value are steps at 0 as well.
+    "power": ("p", 1.03, lambda q: {"yield_speed": 1.0, "yield_exponent": q - 1.0}),
+    "yield": ("v_y", 2.0, lambda speed: {"yield_speed": speed, "yield_exponent": 0.25}),
+}
+
+
 def measured_balls() -> Iterator[str]:
-    """Fits of a constant restitution, and of a power law r = r1 (1 m/s / v)^p."""
+    """Fits of a constant restitution, of r (1 m/s / v)^p, and of r (v_y / v)^(1/4) above v_y.
+
+    The criterion of Akaike is chi-square, of the stated deviations, plus twice the number of
+    parameters.
+    """
     from scipy.optimize import least_squares
 
     g = 9.81
     for name, (deviation, measured) in BALLS.items():
         times, sigma = np.array(measured), deviation / math.sqrt(5.0)
+        rows = []
+        for law, more in LAWS.items():
 
-        def misses(q: np.ndarray, times: np.ndarray = times, sigma: float = sigma) -> np.ndarray:
-            exponent = float(q[2]) if len(q) > 2 else 0.0
-            p = ball(float(q[1]), g, yield_speed=1.0, yield_exponent=exponent)
-            ends = impacts(p, 0.0, 0.5 * g * float(q[0]), len(times))
-            return (np.diff(ends, prepend=0.0) - times) / sigma
+            def misses(q: np.ndarray, times=times, sigma=sigma, more=more) -> np.ndarray:  # type: ignore[no-untyped-def]
+                p = ball(float(q[1]), g, **(more[2](float(q[2])) if more else {}))
+                ends = impacts(p, 0.0, 0.5 * g * float(q[0]), len(times))
+                return (np.diff(ends, prepend=0.0) - times) / sigma
 
-        for start in ((times[0], 0.85), (times[0], 0.85, 0.03)):
-            bounds = [(0.0, 2.0), (0.0, 1.0), (0.0, 1.0)][: len(start)]
+            start = (times[0], 0.85, *(more[1:2] if more else ()))
+            last = (0.0, 20.0) if law == "yield" else (1.0, 2.0)
+            bounds = [(0.0, 2.0), (0.0, 1.0), last][: len(start)]
             fit = least_squares(misses, start, diff_step=1e-4, bounds=np.transpose(bounds))
             own = 1.96 * np.sqrt(np.diag(np.linalg.pinv(fit.jac.T @ fit.jac)))
             words = f"r {fit.x[1]:.3f} +- {own[1]:.3f}"
-            words += f", p {fit.x[2]:.2f} +- {own[2]:.2f}" if len(start) > 2 else ""
-            yield f"| {name} | {words} | {2.0 * fit.cost:.1f} | {len(times) - len(start)} |"
+            if more:
+                found = fit.x[2] - (1.0 if law == "power" else 0.0)
+                words += f", {more[0]} {found:.2f} +- {own[2]:.2f}"
+            rows.append((law, words, 2.0 * fit.cost, len(start)))
+        best = min(chi + 2.0 * count for _, _, chi, count in rows)
+        for law, words, chi, count in rows:
+            off = chi + 2.0 * count - best
+            yield (f"| {name} | {law} | {words} | {chi:.1f} | {len(times) - count} | {off:.1f} |")
 
 
 CASES: dict[str, Callable[[], Iterator[Row]]] = {

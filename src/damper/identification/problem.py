@@ -29,13 +29,13 @@ OF_RECORD = {
     "trend": "drift of the record in a unit of time",
     "settling": "what the high-pass had before the record",
 }
-#: Beginnings of the names of quantities of the free mass. Where it is not there, it is as light as
-#: may be, and its walls are as far as this over the motion.
+#: Beginnings of the names of quantities of the free mass. Where it is not there, it does not act
+#: back, and its walls are as far as this over the motion.
 _OF_BALL = (
     *("free_mass", "mass", "gap", "clearance", "restitution", "friction", "transverse", "gravity"),
     *("inclination", "support", "contact", "modulation", "yield", "initial_p", "initial_r"),
 )
-_LIGHT, _FAR = 2e-6, 1e4
+_FAR = 1e4
 #: Values of starts of a quantity without value or range, and whether they are spread by factors.
 _USUAL = {
     "restitution": (0.1, 0.95, False),
@@ -323,8 +323,7 @@ class RecordedDamper:
         """Return values of the machine without its free mass: none that would ever touch it."""
         made = {name: v for name, v in values.items() if not name.startswith(_OF_BALL)}
         mass, gap = ("free_mass", "gap") if self.si else ("mass_ratio", "clearance")
-        made[mass] = _LIGHT * made.get("primary_mass", 1.0)
-        return made | {gap: _FAR * (self._amplitude or 1.0), "restitution": 0.5}
+        return made | {mass: 0.0, gap: _FAR * (self._amplitude or 1.0), "restitution": 0.5}
 
     def run(
         self, point: np.ndarray, k: int, until: float, derivatives: bool
