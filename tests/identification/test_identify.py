@@ -102,7 +102,8 @@ def test_measured_tennis_ball():
     assert 0.73 < low < 0.765 < high < 0.80
 
 
-def test_decay_page_and_study(tmp_path):
+def test_decay_page_and_study(tmp_path, monkeypatch):
+    monkeypatch.setattr("damper.identification.fit._ROUNDS", ((100, 2),))
     times, values, _ = decay(0.5, 201)
     noise = 2e-5 * np.random.default_rng(2).standard_normal(len(times))
     path = tmp_path / "decay.csv"

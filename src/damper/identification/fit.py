@@ -194,14 +194,17 @@ class Fitter:
         self.problem.rough = True
         with compiling():
             best, begin = self._round(0, *_ROUNDS[0]), 0
-            # Times of impacts do not show their noise: a second search has to find the same.
-            more = any(record.kind == "impacts" for record in self.problem.records)
+            # The order of impacts makes many minima, some of nearly the same depth: a second search
+            # tells them apart.
+            kinds = {record.kind for record in self.problem.records}
+            more = kinds != {"intervals"}
             for before, (count, kept) in pairwise(_ROUNDS):
                 if not (more or self.is_suspicious(best)):
                     break
                 begin += before[0]
                 other = self._round(begin, count, kept)
-                more = other.cost < _SAME_COST * best.cost
+                # Runs of times alone take little.
+                more = other.cost < _SAME_COST * best.cost and kinds <= set(TIMES)
                 best = min(best, other, key=lambda fit: fit.cost)
                 if not more and not best.excess(_MORE):
                     break
@@ -259,8 +262,8 @@ class Fitter:
         # The order of impacts makes the sum of squares rugged: look around for a lower place.
         for _ in range(_LOOKS):
             before = best.cost
-            around = [self._scored(point)[-1] for point in self._around(best)]
-            for point in self._best_of(around, 1):
+            around = [self._scored(p)[-1] for _ in range(_LOOKS) for p in self._around(best)]
+            for point in self._best_of(around, _LOOKS):
                 best = min(best, self.fit(point, 1.0, _WHOLE), key=lambda fit: fit.cost)
             if best.cost > before * (1.0 - 0.2 / self.count):
                 break
