@@ -211,10 +211,18 @@ def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> 
     """
     from damper.sizing.answer import design, machine_from
     from damper.sizing.page import prepare
+    from damper.sizing.structures import structure_machine
     from damper.study.yaml_file import ConfigError
 
+    over = {k: v for k, v in given.items() if v is not None}
     try:
-        asked = machine_from(machine, {k: v for k, v in given.items() if v is not None})
+        if (on_structure := structure_machine(machine, over)) is not None:
+            answer = design(on_structure, quick=quick)
+            click.echo(repr(answer))
+            if output is not None:
+                answer.save(path_of(output, "output", "folder"))
+            return
+        asked = machine_from(machine, over)
         folder = None if output is None else Path(path_of(output, "output", "folder"))
         older = prepare(folder, [machine, *asked.records]) if folder else []
         if not quick:  # before the search; the card says it again

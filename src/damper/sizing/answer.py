@@ -26,6 +26,12 @@ from damper.sizing.contact import (
 )
 from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
 from damper.sizing.search import DIGITS, MASS_PARTS, Search
+from damper.sizing.structures import (
+    StructureDesign,
+    StructureMachine,
+    design_on,
+    structure_machine,
+)
 from damper.sizing.study import CHANGED, PART, Sizes, WorstCase, rounded
 from damper.sizing.words import ROUNDING, text_of
 from damper.sweep.progress import progress_bar
@@ -204,18 +210,19 @@ class Design:
 
 
 def design(
-    machine: Machine | Mapping[str, Any] | str | os.PathLike[str] | None = None,
+    machine: Machine | StructureMachine | Mapping[str, Any] | str | os.PathLike[str] | None = None,
     *,
     quick: bool = False,
     **given: Any,
-) -> Design:
+) -> Design | StructureDesign:
     """Size the damper of a machine for the worst case.
 
     Parameters
     ----------
     machine : path or mapping, optional
         YAML file, or settings, of the machine; `damper.sizing.machine.Machine` lists them. Else
-        they are given by name.
+        they are given by name. With `structure` they are those of
+        `damper.sizing.structures.StructureMachine`.
     quick : bool, default False
         Use the closed forms alone, without runs.
     **given
@@ -224,7 +231,8 @@ def design(
     Returns
     -------
     Design
-        Its text is a card; `save` writes a page and the studies behind its numbers.
+        Its text is a card; `save` writes a page and the studies behind its numbers. On a structure
+        a `damper.sizing.structures.StructureDesign`, whose `save` writes card and table.
 
     Raises
     ------
@@ -240,6 +248,10 @@ def design(
     >>> round(found.gap, 6), found.units["gap"], round(found.closed_form, 6)
     (0.001055, 'm', 0.000181)
     """
+    if (on_structure := structure_machine(machine, given)) is not None:
+        if quick:
+            raise ValueError("quick: there are no closed forms for structures: leave out quick")
+        return design_on(on_structure)
     judge = WorstCase(machine_from(machine, given))
     if quick:
         return _checked(_by_closed_forms(judge))
