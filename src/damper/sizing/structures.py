@@ -215,8 +215,8 @@ class StructureDesign:
         lines += [self.boxes.to_string(index=False)]
         lines += [
             f"- {m.transient} cycles pass before {m.periods} count; {self.runs} runs in all.",
-            f"- The worst case is over {m.frequencies} frequencies, each with a start at rest, one on "
-            f"the motion without damper and {_RANDOM} at random.",
+            f"- The worst case is over {m.frequencies} frequencies, each with a start at rest, "
+            f"one on the motion without damper and {_RANDOM} at random.",
         ]
         return "\n".join([head, *lines])
 
