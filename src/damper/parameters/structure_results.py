@@ -16,7 +16,7 @@ RESULTS = (
     ),
     Variable(
         "amplitude",
-        "displacement amplitude of the point",
+        "amplitude of the point",
         "m",
         ("point",),
         comment="half the range of displacements in a cycle, the mean over whole cycles",
