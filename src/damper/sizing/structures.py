@@ -5,7 +5,8 @@ and starts: at rest, on the motion without the damper, and at random. Dampers wa
 the greatest value of their runs so far, which bounds their worst case from below; the first one
 gets its next run, the hardest so far. The first that has all of its runs is the best: no other can
 be better. Two finer grids about the best follow. Then fresh random starts, at frequencies between
-those of the grid as well, that exceed its worst case raise it, and another damper may be better.
+those of the grid as well, that exceed its worst case raise it; the hardest ones become cases of all
+dampers, and another one may be better.
 """
 
 from __future__ import annotations
@@ -44,7 +45,9 @@ _MASSES = (1.0, 0.5, 0.25)
 _GAPS = tuple(2.0 ** (-0.5 * k) for k in range(13))
 _FINER = (2.0**0.25, 2.0**0.0625)
 #: Random starts at each frequency; fresh ones of a round, rounds at most, and those of the check.
-_RANDOM, _FRESH, _ROUNDS, _CHECK = 2, 25, 5, 100
+_RANDOM, _FRESH, _ROUNDS, _CHECK = 2, 30, 12, 100
+#: Hardest fresh starts of a round that all dampers get.
+_KEPT = 5
 #: A fresh start that exceeds the worst case by more than this is a warning.
 _EXCEEDED = 1.05
 
@@ -255,14 +258,21 @@ class StructureSearch:
         found = self.best_of(list(self.first_grid()))
         for ratio in _FINER:
             found = self.best_of([found, *self.about(found, ratio)])
+        tried = []
         for seed in range(1, _ROUNDS + 1):
-            bound = self.bounds[found]
-            for case in self.fresh(seed, _FRESH):
-                self._try(found, case)
-            if self.bounds[found] <= bound:
-                break
+            tried.append(found)
+            bound, cases = self.bounds[found], list(self.fresh(seed, _FRESH))
+            values = {case: self._try(found, case) for case in cases}
+            hard = sorted(cases, key=values.__getitem__)[-_KEPT:]
+            if values[hard[-1]] <= bound:
+                return found
+            # What is hard for one damper is for others: from now on a case of all.
+            for damper, left in self._left.items():
+                left += [case for case in hard if damper != found]
+            self.cases += hard
             found = self.best_of([*self.bounds])
-        return found
+        # Another one might be the best only because its rare motions were missed.
+        return self.best_of(tried)
 
     def first_grid(self) -> Iterator[BoxedDamper]:
         """Every box with parts of the largest mass and gap."""
