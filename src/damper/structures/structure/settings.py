@@ -34,7 +34,7 @@ Place = int | Text | Annotated[tuple[float, ...], Field(strict=False)]
 """Number of a coordinate, name of a place or of an array, or weights."""
 
 
-class OrFile:
+class OrPath:
     """Marks a list or a mapping: the path of a file may stand in its place."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
@@ -71,7 +71,7 @@ class StructureEntry(StrictModel):
     """The structure, by its modes or by its matrices."""
 
     modes: Annotated[
-        Annotated[tuple[ModeEntry, ...], Field(strict=False), OrFile()] | None,
+        Annotated[tuple[ModeEntry, ...], Field(strict=False), OrPath()] | None,
         Field(
             description="A CSV file with one row a mode; or a list of modes: frequency in Hz, "
             "damping_ratio, modal_mass (1 for shapes normalised by mass) and shapes: name of a "
@@ -79,7 +79,7 @@ class StructureEntry(StrictModel):
         ),
     ] = None
     matrices: Annotated[
-        Annotated[dict[str, Text], OrFile()] | None,
+        Annotated[dict[str, Text], OrPath()] | None,
         Field(
             description="A file .npz or .mat with the matrices, or a file .mtx or .npy for each of "
             "mass, damping, stiffness."
