@@ -44,6 +44,12 @@ _LARGEST = 1e6
 
 
 @compiled
+def is_brief(model: Several, speed: float) -> bool:
+    """Whether accelerations may stop a speed in no time: asked before they are worked out."""
+    return abs(speed) <= negligible(model.tolerance) * _LARGEST
+
+
+@compiled
 def close_together(model: Several, s: SeveralSegment, start: Start) -> tuple[bool, float]:
     """Close what masses do with one another in no time, in place.
 
@@ -51,11 +57,8 @@ def close_together(model: Several, s: SeveralSegment, start: Start) -> tuple[boo
     """
     any_brief = False
     for k in range(len(s.bodies)):
-        # Asked before all accelerations are worked out, at each impact.
         b = s.bodies[k]
-        any_brief = any_brief or bool(
-            b[CAUSE] == IMPACT and b[SPEED] <= negligible(model.tolerance) * _LARGEST
-        )
+        any_brief = any_brief or bool(b[CAUSE] == IMPACT and is_brief(model, b[SPEED]))
     if not any_brief:
         return False, 0.0
     fades = _fading(model, s)

@@ -55,7 +55,7 @@ from damper.models.several.bodies import (
     segment_of,
     single_mass_view,
 )
-from damper.models.several.collapse import change_by_rest, close_together
+from damper.models.several.collapse import change_by_rest, close_together, is_brief
 from damper.models.several.contacts import decide_contacts, negligible
 from damper.models.several.log import segment_of_all
 
@@ -176,7 +176,7 @@ def close(model: Several, s: SeveralSegment, start: Start) -> tuple[float, bool]
             b = body_in(s.bodies, k)
             if b.mode != FLIGHT or b.gap != 0.0 or b.cause == NOTHING:
                 continue
-            if is_negligible(model, s, start, k, 0.0):
+            if is_brief(model, b.rate) and is_negligible(model, s, start, k, 0.0):
                 any_rests = True
                 continue
             if b.rate > 0.0 and b.cause == IMPACT:
