@@ -55,7 +55,7 @@ def test_lines_are_the_relative_motion_over_the_clearance(cube: xr.Dataset) -> N
         run = cube.sel(restitution=r)
         known = np.isfinite(run.trajectory_time.values)
         relative = run.trajectory_free_displacement - run.trajectory_displacement
-        (line,) = [k for k in ax.lines if k.get_color() == histories._FREE["color"]]
+        (line,) = [k for k in ax.lines if k.get_color() == histories._RELATIVE["color"]]
         np.testing.assert_allclose(line.get_ydata(), relative.values[known] / 0.05)
         np.testing.assert_allclose(line.get_xdata(), run.trajectory_time.values[known] / PERIOD)
         assert np.abs(line.get_ydata()).max() == pytest.approx(1.0, abs=1e-9)
@@ -104,12 +104,13 @@ def test_classes_and_legend(cube: xr.Dataset) -> None:
         assert ax.get_title(loc="left") == f"$r$ = {r:g}"
         visible = int(cube.visible_impacts.sel(restitution=r))
         assert ax.get_title(loc="right") == f"{text}, most visible impacts in a burst: {visible}"
-    entries = ["free mass", "walls", "complete chatter", "incomplete chatter", "sticking"]
+    shades = ["complete chatter", "incomplete chatter", "sticking"]
+    entries = ["free mass relative to the primary", "walls", *shades]
     assert legend_texts(figure) == entries
     assert "each panel classed from 10 cycles" in figure.get_suptitle()
     assert_nothing_overlaps(figure)
     plain = drawn("histories", cube.sel(restitution=[0.3]), panels="restitution")
-    assert legend_texts(plain) == ["free mass", "walls", "sticking"]
+    assert legend_texts(plain) == ["free mass relative to the primary", "walls", "sticking"]
 
 
 def test_what_did_not_fit_is_told() -> None:

@@ -1,14 +1,18 @@
 """One style, whatever the user's own settings, and files with the same bytes."""
 
+import re
 import time
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from new_process import modules_after
 
+from damper import simulate
 from damper.figures import draw
 from damper.figures.common import style
 from damper.parameters.quantities import ALL
@@ -83,6 +87,43 @@ def test_colours_differ_in_grey() -> None:
         for r, g, b in (to_rgb(style.BLUE), to_rgb(style.ORANGE))
     ]
     assert abs(grey[0] - grey[1]) > 0.2
+
+
+def test_one_thing_has_one_colour_in_all_figures_and_on_the_page() -> None:
+    point = {"mass_ratio": 0.1, "damping_ratio": 0.02, "frequency_ratio": 1.0, "restitution": 0.6}
+    observers: dict[str, Any] = {
+        "bursts": {"records": 9},
+        "trajectory": {"without_damper": True, "samples_per_period": 40},
+        "stroboscopic_section": None,
+    }
+    run = {"clearance": [2.0], "transient": 0, "periods": 2, "observers": observers}
+    cube = simulate(**point, **run)
+    place = cube.isel(clearance=0)
+    x, y = place.trajectory_displacement.values, place.trajectory_free_displacement.values
+    things = {style.PRIMARY: x, style.FREE_MASS: y, style.RELATIVE: y - x}
+    things[style.WITHOUT] = place.trajectory_alone.values
+    assert len({*things}) == 4
+    seen = set()
+    for kind, settings in {
+        "trajectory": {},
+        "histories": {"panels": "clearance"},
+        "phase_portrait": {},
+        "free_mass": {},
+    }.items():
+        axes = draw(kind, {"cube": cube}, **settings).axes
+        for line in (line for ax in axes for line in ax.lines):
+            for data in (line.get_xdata(), line.get_ydata()):
+                for colour, values in things.items():
+                    known = values[np.isfinite(values)]
+                    for scale in (1.0, 2.0):  # histories are over the clearance
+                        if len(data) == len(known) and np.allclose(data * scale, known):
+                            assert line.get_color() == colour, kind
+                            seen.add((kind, colour))
+    assert len(seen) == 3 + 1 + 2 + 2
+    script = (Path(__file__).parents[2] / "workflow/report/page.js").read_text()
+    for name in ("FREE_MASS", "RELATIVE"):
+        (hue,) = re.findall(rf"\b{name} = (\w+)", script)
+        assert re.findall(rf'\b{hue} = "(#\w+)"', script) == [getattr(style, name)]
 
 
 def test_unknown_kind_is_refused_with_the_known_ones() -> None:

@@ -147,6 +147,7 @@ damper.unpack = (text, Kind) =>
 // --- An interactive figure ------------------------------------------------------------------------
 
 const BLUE = "#0072B2", ORANGE = "#E69F00", VERMILION = "#D55E00", GREEN = "#009E73";
+const FREE_MASS = VERMILION, RELATIVE = GREEN; // as in the static figures; the primary is ink
 const CHATTER = ["no visible chatter", "incomplete chatter", "complete chatter"];
 const show = (value) => typeof value === "number" ? String(Number(value.toPrecision(5))) : value;
 const pretty = (units) => units.replace("sqrt(K M)", "√(KM)").replace("sqrt", "√").replace("F0", "F₀").replace("^2", "²");
@@ -494,16 +495,16 @@ damper.draw = (place) => {
     const times = rows.map((row) => row[0]), between = rows.map((row) => row[3] - row[1]), still = { ...PLOT, displayModeBar: false };
     const wall = (sign) => line([times[0], times.at(-1)], [sign * walls, sign * walls], "walls", "",
       { line: { color: "#999", width: 1 }, yaxis: "y2", showlegend: sign > 0, hoverinfo: "skip" });
-    Plotly.react(history, [line(times, column(1), "primary", ink), line(times, column(3), "free mass", BLUE),
-      line(times, between, "free mass relative to the primary", GREEN, { yaxis: "y2" }), wall(-1), wall(1)],
+    Plotly.react(history, [line(times, column(1), "primary", ink), line(times, column(3), "free mass", FREE_MASS),
+      line(times, between, "free mass relative to the primary", RELATIVE, { yaxis: "y2" }), wall(-1), wall(1)],
     layout(axis(named("time", units.time), { anchor: "y2" }), axis(named("displacement", units.length), { domain: [0.54, 1] }),
       { height: 480, yaxis2: axis(named("relative", units.length), { domain: [0, 0.46], range: [-1.12 * walls || -1, 1.12 * walls || 1] }) }), still);
     const section = run.section.map(([a, v, y, u]) => [a * size, v * size / run.time, (y - a) * size, (u - v) * size / run.time]);
-    const dots = (first) => line(section.map((one) => one[first]), section.map((one) => one[first + 1]), "section, once per cycle", VERMILION,
-      { mode: "markers", marker: { size: 5, color: VERMILION } });
+    const dots = (first) => line(section.map((one) => one[first]), section.map((one) => one[first + 1]), "section, once per cycle", ORANGE,
+      { mode: "markers", marker: { size: 5, color: ORANGE } });
     const edges = [-walls, walls].map((at) => ({ type: "line", x0: at, x1: at, yref: "paper", y0: 0, y1: 1, line: { color: "#999", width: 1 } }));
     const small = { height: 320, showlegend: true };
-    Plotly.react(relative, [line(between, rows.map((row) => row[4] - row[2]), "relative motion", GREEN), dots(2)],
+    Plotly.react(relative, [line(between, rows.map((row) => row[4] - row[2]), "relative motion", RELATIVE), dots(2)],
       layout(axis(named("relative displacement", units.length), { range: [-1.12 * walls || -1, 1.12 * walls || 1] }),
         axis(named("relative velocity", units.speed), padded(rows.map((row) => row[4] - row[2]))), { ...small, shapes: edges }), still);
     Plotly.react(primary, [line(column(1), column(2), "primary", ink), dots(0)],
@@ -532,7 +533,7 @@ damper.draw = (place) => {
     pen.stroke();
     const ratio = walls ? travel / walls / (0.22 * wide / moving.peak) : 1, times = show(Number(ratio.toPrecision(2)));
     scale.textContent = `The motion in the box is drawn ${times} times as large as that of the box. Time ${time.toPrecision(3)}`;
-    pen.fillStyle = BLUE;
+    pen.fillStyle = FREE_MASS;
     pen.beginPath();
     pen.arc(centre + (walls ? (b - a) / walls * travel : 0), 40, radius, 0, 7);
     pen.fill();

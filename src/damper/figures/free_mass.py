@@ -12,7 +12,16 @@ from damper.analysis import stretches
 from damper.analysis.stretches import Burst
 from damper.figures.common import panels
 from damper.figures.common.layout import select
-from damper.figures.common.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, YELLOW, label
+from damper.figures.common.style import (
+    BLACK,
+    BLUE,
+    FREE_MASS,
+    ORANGE,
+    PURPLE,
+    RELATIVE,
+    YELLOW,
+    label,
+)
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.parameters.variables import SI_UNITS, TIME
@@ -26,9 +35,11 @@ _IMPACT, _STICKING = 0, 1
 _MOST_POINTS = 5_000
 #: Part of a burst's length that is shown before and after it.
 _MARGIN = 0.12
-_LINE: dict[str, Any] = {"color": BLACK, "lw": 0.6}
+#: Of the free mass and of its relative motion, in turn.
+_COLOURS = (FREE_MASS, RELATIVE)
+_WIDTH = 0.6
 #: Over hundreds of units of time, so that single bounces are seen.
-_THIN = _LINE | {"lw": 0.25}
+_THIN = 0.25
 _WALL: dict[str, Any] = {"color": "#777777", "lw": 0.6, "zorder": 1.0}
 _CHATTER = {True: ("complete chatter", BLUE), False: ("incomplete chatter", ORANGE)}
 _DURATIONS: dict[bool, dict[str, Any]] = {
@@ -38,7 +49,7 @@ _DURATIONS: dict[bool, dict[str, Any]] = {
 _SHADE: dict[str, Any] = {"alpha": 0.22, "lw": 0.0, "zorder": 0.4}
 _STUCK: dict[str, Any] = {"color": YELLOW, "alpha": 0.75, "lw": 0.0, "zorder": 0.5}
 _STATED: dict[str, Any] = {"color": PURPLE, "marker": "|", "lw": 1.8, "mew": 1.8}
-_MARK: dict[str, Any] = {"color": VERMILION, "lw": 0.8}
+_MARK: dict[str, Any] = {"color": "#555555", "lw": 0.8}
 
 
 class FreeMass(products.FigureSettings):
@@ -106,11 +117,13 @@ def draw(results: Mapping[str, Any], settings: FreeMass) -> Figure:
     chosen = _nearest(within, settings.near)
     figure, axes = panels.panel_grid(5, 2, height=8.4, sharex="col")
     left, right = axes.T
-    for (name, values), whole, large in zip(_panels(run).items(), left[:4], right[:4], strict=True):
+    shown = zip(_panels(run).items(), _COLOURS * 2, left[:4], right[:4], strict=True)
+    for (name, values), colour, whole, large in shown:
+        look: dict[str, Any] = {"color": colour}
         whole.set_ylabel(name)
-        _motion(whole, run, values, bursts, (start, stop), _THIN)
+        _motion(whole, run, values, bursts, (start, stop), look | {"lw": _THIN})
         if chosen is not None:
-            _motion(large, run, values, bursts, _window(chosen), _LINE)
+            _motion(large, run, values, bursts, _window(chosen), look | {"lw": _WIDTH})
     for ax in (left[1], right[1]):
         for wall in (-stretches.half_gap(place), stretches.half_gap(place)):
             ax.axhline(wall, **_WALL)

@@ -12,7 +12,7 @@ from damper.analysis import stretches
 from damper.figures import trajectory
 from damper.figures.common import panels
 from damper.figures.common.layout import select
-from damper.figures.common.style import BLACK, BLUE, ORANGE, STUCK, SYMBOLS, label
+from damper.figures.common.style import BLUE, ORANGE, RELATIVE, STUCK, SYMBOLS, label
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
@@ -26,7 +26,7 @@ _SHADES: dict[bool, dict[str, Any]] = {
     True: {"facecolor": BLUE, "alpha": 0.3, "lw": 0.0},
     False: {"facecolor": "#FBE7C2", "edgecolor": ORANGE, "hatch": "////", "lw": 0.0},
 }
-_FREE: dict[str, Any] = {"color": BLACK, "lw": 0.8}
+_RELATIVE: dict[str, Any] = {"color": RELATIVE, "lw": 0.8}
 _WALL: dict[str, Any] = {"color": "#777777", "lw": 0.6}
 #: Height of a panel in inches.
 _PANEL = 0.82
@@ -127,7 +127,7 @@ def _history(
     time = trajectory.in_periods(piece) * unit
     end = float(time[-1]) if stop is None else min(stop, float(time[-1]))
     shown: dict[str, Artist] = {
-        "free": panels.legend_line("free mass", **_FREE),
+        "free": panels.legend_line("free mass relative to the primary", **_RELATIVE),
         "walls": panels.legend_line("walls", **_WALL),
     }
     for wall in (-1.0, 1.0):
@@ -137,7 +137,7 @@ def _history(
     if clearance > 0.0:  # else the free mass is on both walls at once
         relative = relative / clearance
     # More vector points make files that no reader opens.
-    ax.plot(time, relative, zorder=2.0, rasterized=points > _MOST_POINTS, **_FREE)
+    ax.plot(time, relative, zorder=2.0, rasterized=points > _MOST_POINTS, **_RELATIVE)
     for burst in stretches.listed_bursts(run):
         first = burst.onset - float(run.trajectory_start)
         last = first + burst.duration

@@ -12,7 +12,7 @@ from damper.analysis.sections import period_of
 from damper.analysis.stretches import MOTION_VARIABLES, half_gap, sides
 from damper.figures.common.layout import section_text, select
 from damper.figures.common.panels import finish, note_empty_panel, panel_grid, parts, title
-from damper.figures.common.style import BLACK, BLUE, VARIABLE_SYMBOLS, VERMILION, label
+from damper.figures.common.style import PRIMARY, RELATIVE, VARIABLE_SYMBOLS, label
 from damper.parameters.lazy import Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.study.fields import Text
@@ -20,8 +20,8 @@ from damper.study.products import MOST_COLUMNS, At, Caption, Each, FigureSetting
 from damper.study.settings import SECTIONS
 
 _SECTION = ("displacement", "velocity")
-_PRIMARY: dict[str, Any] = {"color": BLACK, "lw": 0.4}
-_RELATIVE: dict[str, Any] = {"color": BLUE, "lw": 0.4}
+_PRIMARY: dict[str, Any] = {"color": PRIMARY, "lw": 0.4}
+_RELATIVE: dict[str, Any] = {"color": RELATIVE, "lw": 0.4}
 _WALL: dict[str, Any] = {"color": "#777777", "lw": 0.8}
 _BEYOND: dict[str, Any] = {"facecolor": "#E8E8E8", "lw": 0.0}
 #: Part of the clearance that is shown beyond each wall.
@@ -116,7 +116,7 @@ def _section(ax: Axes, run: xr.Dataset, text: str) -> None:
     period = period_of(points)
     few = 0 < period <= _FEW
     size = 6.0 if few else 2.2
-    ax.plot(*points.T, ".", ms=size, mew=0.0, color=VERMILION if few else BLACK, rasterized=True)
+    ax.plot(*points.T, ".", ms=size, mew=0.0, color=PRIMARY, rasterized=True)
     found = f"{period} point{'s' if period > 1 else ''}" if period else "no period found"
     title(ax, f"{text}Poincaré map, {found} ({len(points)} taken)")
 

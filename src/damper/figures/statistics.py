@@ -12,7 +12,7 @@ from damper.analysis.closed_forms import damper_at
 from damper.analysis.statistics import means_under_noise
 from damper.figures.common import layout
 from damper.figures.common.panels import finish, legend_line, note_empty_panel, panel_grid
-from damper.figures.common.style import BLACK, BLUE, GREEN, ORANGE, PAGE, VERMILION
+from damper.figures.common.style import BLACK, FREE_MASS, ORANGE, PAGE, PRIMARY
 from damper.observers.statistics import MEANS
 from damper.parameters.lazy import Figure, xr
 from damper.study import products
@@ -20,9 +20,9 @@ from damper.study.fields import Text
 
 #: Panels: title, axis and means of each, every mean with its style.
 _ENERGIES: dict[str, dict[str, Any]] = {
-    "mean_potential_energy": {"color": BLUE, "marker": "o", "label": "primary, potential"},
-    "mean_kinetic_energy": {"color": VERMILION, "marker": "x", "label": "primary, kinetic"},
-    "mean_free_mass_energy": {"color": GREEN, "marker": "s", "label": "free mass, kinetic"},
+    "mean_potential_energy": {"color": PRIMARY, "marker": "o", "label": "primary, potential"},
+    "mean_kinetic_energy": {"color": PRIMARY, "marker": "x", "label": "primary, kinetic"},
+    "mean_free_mass_energy": {"color": FREE_MASS, "marker": "s", "label": "free mass, kinetic"},
 }
 _POWERS: dict[str, dict[str, Any]] = {
     "mean_loss": {"color": BLACK, "marker": "D", "label": "lost, in all"},

@@ -12,6 +12,7 @@ from damper.analysis import stretches
 from damper.figures.common import style
 from damper.figures.common.layout import select
 from damper.figures.common.panels import finish, legend_line, legend_patch, panel_grid, parts, title
+from damper.figures.common.undamped import REFERENCE
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.study.messages import Mistakes
@@ -25,11 +26,10 @@ _DRIVE_HEIGHT = 0.95
 _FORCE: dict[str, Any] = {"color": "#555555", "lw": 0.7}
 #: Points up to which lines stay vectors.
 _MOST_POINTS = 20_000
-_PRIMARY: dict[str, Any] = {"color": style.BLACK, "lw": 0.9}
-_WITHOUT: dict[str, Any] = {"color": style.BLUE, "lw": 0.9, "ls": "--"}
-_FREE: dict[str, Any] = {"color": style.VERMILION, "lw": 0.9, "ls": "-"}
+_PRIMARY: dict[str, Any] = {"color": style.PRIMARY, "lw": 0.9}
+_FREE: dict[str, Any] = {"color": style.FREE_MASS, "lw": 0.9, "ls": "-"}
 #: Of several free masses in turn.
-_COLOURS = (style.VERMILION, style.BLUE, style.GREEN, style.PURPLE, style.SKY, style.ORANGE)
+_COLOURS = (style.FREE_MASS, style.BLUE, style.PURPLE, style.SKY, style.ORANGE)
 #: Heights of a panel of displacements, and of all that is not one, in inches.
 _PANEL, _REST = 1.4, 2.5
 _WALL: dict[str, Any] = {"color": "#777777", "lw": 0.5}
@@ -108,7 +108,7 @@ def draw(results: Mapping[str, Any], settings: TrajectoryFigure) -> Figure:
         _walls(ax, time, run, raster)
         if _ALONE in run:
             alone = np.isfinite(run[_ALONE].values)
-            ax.plot(time[alone], run[_ALONE].values[alone], **_WITHOUT, **raster)
+            ax.plot(time[alone], run[_ALONE].values[alone], zorder=1.0, **REFERENCE, **raster)
         _motions(ax, time, run, "displacement", free, raster)
         _motions(below, time, run, "velocity", free, raster)
         # Of several masses the panels are low.
@@ -125,7 +125,7 @@ def draw(results: Mapping[str, Any], settings: TrajectoryFigure) -> Figure:
     if left_out := int(place.trajectory_events_left_out):
         text = f"{left_out} events did not fit: corners may be cut (observers: trajectory: events)"
         above[0].set_title(text, loc="right")
-    handles = [legend_line("primary without damper", **_WITHOUT)] if _ALONE in piece else []
+    handles = [legend_line("primary without damper", **REFERENCE)] if _ALONE in piece else []
     both = len(stretches.sides(piece)) == 2
     return finish(figure, place, settings.caption, [*handles, *_handles(lines, stuck, both)])
 

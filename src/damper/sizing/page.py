@@ -15,7 +15,7 @@ import pandas as pd
 from damper.figures import schematic
 from damper.figures.common.layout import write_prefixes
 from damper.figures.common.panels import panel_grid
-from damper.figures.common.style import BLACK, COLUMN, VERMILION, label, save, style
+from damper.figures.common.style import BLACK, COLUMN, VERMILION, WITHOUT, label, save, style
 from damper.parameters.lazy import Figure
 from damper.sizing.contact import STEEL, ball_diameter
 from damper.sizing.machine import RECORDS, Machine
@@ -40,7 +40,7 @@ padding: 0.5em 0.8em; margin: 0.4em 0 }"""
 _STYLE = (
     f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{_CSS}</style>'
 )
-_WITHOUT: dict[str, Any] = {"color": "#BBBBBB", "lw": 2.5, "label": "without damper"}
+_WITHOUT: dict[str, Any] = {"color": WITHOUT, "lw": 2.5, "label": "without damper"}
 _BUILT: dict[str, Any] = {"color": BLACK, "lw": 1.2, "label": "with damper as built, worst start"}
 _WORST: dict[str, Any] = {"color": VERMILION, "lw": 1.0, "ls": "--", "label": "all tolerances, too"}
 #: Highest ratio to the motion without damper, and displacement over the worst case, that is shown.

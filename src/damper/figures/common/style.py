@@ -28,6 +28,8 @@ from damper.parameters.units import (
 #: Okabe-Ito: distinguishable with any colour vision and in grey.
 BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, YELLOW, BLACK = "#56B4E9", "#CC79A7", "#F0E442", "#000000"
+#: One colour for one thing in all figures, and on the page of results.
+PRIMARY, FREE_MASS, RELATIVE, WITHOUT = BLACK, VERMILION, GREEN, "#BBBBBB"
 #: Of lines, in turn.
 COLOURS = (BLACK, BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 

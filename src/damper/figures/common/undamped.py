@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from damper.figures.common.style import WITHOUT
 from damper.parameters.lazy import xr
 
 #: How they are drawn.
-REFERENCE: dict[str, Any] = {"color": "#BBBBBB", "lw": 2.0}
+REFERENCE: dict[str, Any] = {"color": WITHOUT, "lw": 2.0}
 #: Amplitude -> what it is over that without damper.
 OVER = {"peak_displacement": "amplitude_ratio", "rms_displacement": "rms_ratio"}
 
