@@ -137,6 +137,18 @@ def test_values_have_units() -> None:
     assert (values["mass_ratio"], values["clearance"]) == ("0", "0 F0/K")
 
 
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [("chatter_map", True), ("paper_a_histories", True), ("earthquake", False), ("design", False)],
+)
+def test_threshold_of_visible_impacts_is_told_where_chatter_is_shown(
+    name: str, shown: bool
+) -> None:
+    study = load_study(ROOT / f"config/studies/{name}.yaml")
+    assert any(hasattr(observer, "threshold") for observer in study.observers.values())
+    assert ("visibility_threshold" in study.values) is shown
+
+
 def test_every_caption_stands_alone(tmp_path: Path) -> None:
     """What it shows, what to see in it, how to read it, and all values."""
     found = made(tmp_path)

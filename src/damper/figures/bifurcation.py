@@ -75,6 +75,7 @@ class Bifurcation(products.FigureSettings):
         "rows": products.Role(most=products.MOST_PANELS),
     }
     overlays: ClassVar[bool] = True
+    marks_chatter: ClassVar[bool] = True
 
     along: Annotated[Text, Field(description="Axis of the abscissa.")]
     each: products.Each = None

@@ -59,6 +59,7 @@ class FreeMass(products.FigureSettings):
     """
 
     needs = ("trajectory",)
+    marks_chatter: ClassVar[bool] = True
     roles: ClassVar[Mapping[str, products.Role]] = {"each": products.Role()}
 
     each: products.Each = None

@@ -40,6 +40,7 @@ class Histories(trajectory.TrajectoryFigure):
     Bursts of chatter and stretches of sticking are shaded.
     """
 
+    marks_chatter: ClassVar[bool] = True
     roles: ClassVar[Mapping[str, Role]] = {
         "panels": Role(most=MOST_PANELS, bodies=True),
         "each": Role(),

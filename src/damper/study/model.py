@@ -417,9 +417,11 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
             values["forcing"] = force_text(self.forcing_about, si)
         for name, drawn in self.drawn.items():
             values[name] = f"at random: {_drawn_text(drawn, units[name])}"
-        for settings in self.observers.values():
-            if (threshold := getattr(settings, "threshold", None)) is not None:
-                values["visibility_threshold"] = str(threshold)
+        products = [settings for _, _, settings in self.products()]
+        if not products or any(one.shows_chatter(self.contents) for one in products):
+            for settings in self.observers.values():
+                if (threshold := getattr(settings, "threshold", None)) is not None:
+                    values["visibility_threshold"] = str(threshold)
         return values
 
     @property

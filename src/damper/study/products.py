@@ -164,6 +164,8 @@ class Product(ProductBase):
     """Observers that it reads, whatever its settings are; of several in one place any will do."""
     roles: ClassVar[Mapping[str, Role]] = {}
     """Settings that name axes."""
+    marks_chatter: ClassVar[bool] = False
+    """Whether it marks bursts of chatter where the study has them."""
     runs_more: ClassVar[bool] = False
     """Whether it runs more points than there are in the cube."""
 
@@ -176,6 +178,14 @@ class Product(ProductBase):
         """Note what it asks for and the study lacks; here, observers and axes."""
         need(study, mistakes, *self.needs)
         self.take_roles(study, mistakes)
+
+    def shows_chatter(self, study: StudyContents) -> bool:
+        """Whether it shows bursts that an observer counts."""
+        counting = {"bursts", "burst_at", "chatter_bursts"} & {*study.observers}
+        written = {variable.name for name in counting for variable in study.made[name].variables}
+        named = {getattr(self, "variable", None), *(getattr(self, "variables", None) or ())}
+        named.update(*((one,) if isinstance(one, str) else one for one in self.needs))
+        return bool(counting) and (self.marks_chatter or bool(named & (counting | written)))
 
     def take_roles(self, study: StudyContents, mistakes: Mistakes) -> dict[str, str]:
         """Note what is wrong with the axes that settings name; return axis -> the setting."""
