@@ -1,5 +1,6 @@
 """The page of results: everything on it, escaped, and the same each time."""
 
+import fnmatch
 import html.parser
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import pytest
 from jinja2 import UndefinedError
 
 import damper
-from damper.report.page import captions, chapter, page
+from damper.report.page import SUBJECTS, Chapter, captions, chapter, page
 from damper.report.stopped import stopped_lines
 from damper.study.config import load_study
 from damper.study.kinds import FIGURES, TABLES
@@ -38,6 +39,7 @@ class Page(html.parser.HTMLParser):
         self.images: list[dict[str, str | None]] = []
         self.names: list[str] = []
         self.open: list[str] = []
+        self.lazy = True
         self.text = ""
         self.feed(text)
         assert self.open == []
@@ -46,7 +48,8 @@ class Page(html.parser.HTMLParser):
         values = dict(attrs)
         self.links += [values["href"]] if "href" in values else []
         self.names += [values["id"]] if "id" in values else []
-        self.images += [values] if "loading" in values else []  # not those of the cards
+        self.images += [values] if values.get("alt") else []  # not thumbnails
+        self.lazy &= tag != "img" or values.get("loading") == "lazy"
         if tag not in ("img", "meta", "br", "input"):
             self.open.append(tag)
 
@@ -115,7 +118,7 @@ def test_page_shows_everything(tmp_path: Path) -> None:
     study = load_study(ROOT / "config/studies/restitution.yaml")
     paths = list(study.files("figures"))
     assert [image["src"] for image in found.images] == [f"restitution/{p}.png" for p in paths]
-    assert all(image["alt"] for image in found.images)
+    assert found.lazy, "or the page waits for all its pictures"
     for path in paths:
         assert f"restitution/{path}.svg" in found.links
     for name in study.tables:
@@ -168,6 +171,15 @@ def test_links_within_the_page_lead_somewhere(tmp_path: Path) -> None:
     inside = [link[1:] for link in found.links if link.startswith("#")]
     assert {"claims", "restitution", "restitution/figures/paper_b_fig_2", "claim-A1"} < set(inside)
     assert set(inside) <= set(found.names)
+
+
+def test_every_study_of_the_project_has_a_subject() -> None:
+    names = {path.stem for path in (ROOT / "config/studies").glob("*.yaml")} - {"template"}
+    of = {name: Chapter(name, "", "", "").subject for name in names | {"mine"}}
+    assert [name for name, subject in of.items() if subject == "Your studies"] == ["mine"]
+    for names_of in SUBJECTS.values():
+        for pattern in names_of.split():
+            assert fnmatch.filter(names, pattern), f"no study {pattern}"
 
 
 def test_a_kind_without_caption_is_an_error(tmp_path: Path) -> None:

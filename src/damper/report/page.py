@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 from gzip import compress
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
@@ -28,8 +29,19 @@ from damper.report.stopped import idle_runs, stopped_early
 SHOWN_ROWS = 40
 #: Largest page with its interactive figures, which can still be sent by mail and opens at once.
 MOST_BYTES = 10e6
-#: Headings of the list of studies, by their source.
-SUBJECTS = ("Paper A", "Paper B", "Own studies", "Checks of the engine")
+#: Headings of the list of studies -> names of these, in this order.
+SUBJECTS = {
+    "Design": "design machine_frame damper_mass performance free_decay one_mass four_masses",
+    "Chatter": "chatter_map restitution restitution_below_resonance burst burst_duration "
+    "accumulation border atlas small_mass_limit paper_?_histories",
+    "Bifurcations": "paper_?_clearance paper_?_frequency paper_?_portraits two_impacts hysteresis "
+    "basins basin_fractions idle_damper",
+    "Forces": "earthquake shock noise",
+    "Other models": "ball_on_table compliant friction grounded modulated vertical_damper modes "
+    "pounding building",
+    "Your studies": "",
+    "Checks": "stress* solvers* calibration_*",
+}
 #: Where the front leads: title, text, study whose chapter it is or "claims".
 CARDS = (
     ("Size a damper", "Which gap a machine needs, and what it gains: try any.", "machine_frame"),
@@ -109,8 +121,22 @@ class Chapter:
     @property
     def subject(self) -> str:
         """What it is listed under."""
-        paper = self.source[:7]
-        return paper if paper in SUBJECTS else SUBJECTS[2 if self.of_dampers else 3]
+        return [*SUBJECTS][self.place[0]]
+
+    @property
+    def place(self) -> tuple[int, int]:
+        """Place of its subject, and its own among the studies of that."""
+        for at, names in enumerate(SUBJECTS.values()):
+            for k, pattern in enumerate(names.split()):
+                if fnmatchcase(self.name, pattern):
+                    return at, k
+        return [*SUBJECTS].index("Your studies" if self.of_dampers else "Checks"), 99
+
+    @property
+    def picture(self) -> str:
+        """Path of the figure that stands for it, without suffix; nothing where it has none."""
+        shown = (figure.path for figure in self.figures if figure.kind != "schematic")
+        return next(shown, "")
 
     @property
     def all_values(self) -> str:
@@ -292,9 +318,8 @@ def _cards(
             yield card | {"picture": next((path for path in named if path in drawn), "")}
         elif name in made:
             one = made[name]
-            shown = (figure.path for figure in one.figures if figure.kind != "schematic")
             target = f"figure={one.interactive[0][0]}" if one.interactive else name
-            yield card | {"target": target, "picture": next(shown, "")}
+            yield card | {"target": target, "picture": one.picture}
 
 
 def page(
@@ -319,7 +344,7 @@ def page(
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     environment.filters |= {"words": words, "typeset": typeset}
-    chapters = sorted(chapters, key=lambda one: SUBJECTS.index(one.subject))
+    chapters = sorted(chapters, key=lambda one: one.place)
     subjects = {name: [one for one in chapters if one.subject == name] for name in SUBJECTS}
     studies = [{path.partition("/")[0] for path in row["figures"].split()} for row in verdicts]
     text = environment.from_string(template.read_text(encoding="utf-8")).render(
