@@ -224,6 +224,8 @@ def test_a_click_shows_the_run_there(browser: Browser) -> None:
     )
     browser.click(x, y)
     shown = said(browser, "map", "0.75")
+    legend = browser.value(f"{figure('map')}.querySelector('.panel .legend').textContent")
+    assert "best clearance to each wall at each frequency ratio" in legend
     assert shown.endswith(
         "at coefficient of restitution 0.3, frequency ratio 0.75, clearance to each wall 2.5 F₀/K"
     )

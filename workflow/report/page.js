@@ -311,7 +311,7 @@ damper.draw = (place) => {
     if (best) {
       const known = [...best.keys()].filter((k) => best[k]);
       drawn.push({ ...dots, x: known.map((k) => x.values[k]), y: known.map((k) => y.values[best[k] - 1]),
-        name: `best ${y.label.split(",")[0]}`, marker: { size: 5, color: "#fff", line: { width: 1, color: "#000" } } });
+        name: `best ${[y, x].map((one) => one.label.split(",")[0]).join(" at each ")}`, marker: { size: 5, color: "#fff", line: { width: 1, color: "#000" } } });
     }
     return drawn;
   };
