@@ -214,7 +214,7 @@ def test_files(tmp_path):
     assert found.times.tolist() == times.tolist()
     assert found.values.tolist() == [3, 1, 4, 1, 5]
     wavfile.write(tmp_path / "a.wav", 4, np.array([0, 16384, -32768, 0, 0], np.int16))
-    found = damper.read_recording(tmp_path / "a.wav", "acceleration", full_scale=10.0)
+    found = damper.read_recording(tmp_path / "a.wav", "acceleration", factor=10.0)
     assert found.times.tolist() == times.tolist()
     assert found.values.tolist() == [0.0, 5.0, -10.0, 0.0, 0.0]
     clicks = [0.1, 0.35, 0.52]

@@ -11,6 +11,8 @@ from new_process import modules_after
 
 import damper
 from damper.shell import main
+from damper.sizing.answer import machine_from
+from damper.sizing.machine import machine_of, read_machine
 from damper.sizing.page import sketch
 from damper.sizing.study import Sizes
 from damper.study.yaml_file import ConfigError, dump_yaml
@@ -176,10 +178,29 @@ def test_records_and_ranges_are_given_in_the_shell(
     message = called("design", *options, "shok.csv", code=1)
     name = key.replace("-", "_")
     assert f"{name}: shok.csv: there is no such file (did you mean 'shock.csv'?)" in message
-    Path("shock.csv").write_text("t (s),a (g)\n0,0\n0.01,5\n0.02,0\n")
-    unit = "N" if key == "force-record" else "m/s2"
+    Path("shock.csv").write_text("a (V)\n0\n5\n0\n")
     message = called("design", *options, "shock.csv", code=1)
-    assert message.endswith(f"shock.csv, line 1: a is in g: must be in {unit}, or without unit\n")
+    assert "shock.csv, line 2: 1 column: must be two, time and value, and `record_delim" in message
+    message = called("design", "--record-step", "10 ms", *options, "shock.csv", code=1)
+    assert "a is in V: must be in " in message
+    assert message.endswith("or without unit; `record_factor` may give its size\n")
+
+
+def test_how_a_record_is_read_is_said_in_file_and_shell(tmp_path: Path) -> None:
+    path = tmp_path / "machine.yaml"
+    given = {k: v for k, v in FRAME.items() if k not in ("force_amplitude", "band")}
+    (tmp_path / "shock.csv").write_text("t (ms);north (g);east (V)\n0;0;1\n10;0,5;3\n")
+    given |= {"acceleration_record": "shock.csv", "record_columns": [0, "north"]}
+    path.write_text(dump_yaml(given))
+    found = read_machine(path)
+    assert found.record == damper.Record([0.0, 0.01], [0.0, 4.903325], of="base_acceleration")
+    assert "north in g, which is taken as 9.80665 m/s2 (record_columns" in found.notes[0]
+    found = machine_from(path, {"record_columns": "t,2", "record_factor": "10"})
+    assert found.record.value.tolist() == [10.0, 30.0]
+    found = machine_from(path, {"record_columns": "2", "record_factor": 1, "record_step": "2 s"})
+    assert found.record == damper.Record([0.0, 2.0], [1.0, 3.0], of="base_acceleration")
+    with pytest.raises(ValueError, match=r"record_step says how .* must be left out, or with"):
+        machine_of(FRAME | {"record_step": 1.0})
 
 
 def test_nothing_of_it_is_loaded_before_it_is_asked_for() -> None:

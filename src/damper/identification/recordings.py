@@ -15,7 +15,7 @@ from damper.parameters.files import path_of
 from damper.parameters.names import unknown_name
 from damper.parameters.quantities import ALL
 from damper.parameters.quantity import real
-from damper.parameters.record_file import RecordFile
+from damper.parameters.record_file import Reading, read_samples
 
 #: Kind of record -> SI unit of its values, and what it is in words.
 KINDS = {
@@ -195,10 +195,11 @@ def read_recording(
     *,
     columns: Sequence[str | int] | None = None,
     delimiter: str | None = None,
-    full_scale: float = 1.0,
+    step: float | None = None,
+    factor: float | None = None,
     **about: Any,
 ) -> Recording:
-    """Read a record from a CSV, `.mat` or `.wav` file.
+    """Read a record from a CSV, PEER (`.AT2`), `.mat` or `.wav` file.
 
     Parameters
     ----------
@@ -213,8 +214,11 @@ def read_recording(
         channel.
     delimiter : str, optional
         What stands between columns.
-    full_scale : float, default 1
-        Value at full scale of a WAV file.
+    step : float, optional
+        Time between samples, in s, of a file with values alone.
+    factor : float, optional
+        By what values are multiplied, in place of the unit that the file gives; of a WAV file
+        its value at full scale.
 
     Raises
     ------
@@ -226,22 +230,21 @@ def read_recording(
     if kind not in KINDS:
         raise ValueError(str(unknown_name("kind", kind, KINDS)))
     columns = [columns] if isinstance(columns, str | int) else columns
-    suffix = Path(path).suffix.lower()
-    if suffix == ".wav":
-        rate, samples = _wave(path, columns, full_scale)
-        if kind == "impacts":
-            blank = about.pop("blank", None) or DEAD_TIME
-            return Recording(onsets(samples, rate, blank), kind=kind, blank=blank, **about)
-        return Recording(np.arange(len(samples)) / rate, samples, kind, **about)
-    if suffix == ".mat":
-        times, values = _matlab(path, columns, kind in TIMES)
-        return Recording(times, None if kind in TIMES else values, kind, **about)
     unit = KINDS[kind][0]
-    if kind in TIMES:
-        columns = [(columns or [0])[0]] * 2
-    file = RecordFile(path, ("s", unit), columns, delimiter, multiples=True)
-    times, values = file.samples
-    return Recording(times, None if kind in TIMES else values, kind, unit=file.unit, **about)
+    is_sound = kind == "impacts" and Path(path).suffix.lower() == ".wav"
+    if kind in TIMES and not is_sound:
+        if step is not None or factor is not None:
+            raise ValueError(f"{path}: step and factor are of values: {kind} have times alone")
+        if Path(path).suffix.lower() != ".mat":
+            columns = (columns or [0])[:1]
+        times = read_samples(path, ("s", unit), Reading(columns, delimiter, 1.0)).values
+        return Recording(times, None, kind, **about)
+    found = read_samples(path, ("s", unit), Reading(columns, delimiter, step, factor))
+    if is_sound:
+        blank = about.pop("blank", None) or DEAD_TIME
+        rate = 1.0 / found.times[1]
+        return Recording(onsets(found.values, rate, blank), kind=kind, blank=blank, **about)
+    return Recording(found.times, found.values, kind, unit=found.unit, **about)
 
 
 def onsets(samples: np.ndarray, rate: float, dead_time: float = DEAD_TIME) -> np.ndarray:
@@ -266,55 +269,3 @@ def onsets(samples: np.ndarray, rate: float, dead_time: float = DEAD_TIME) -> np
     over = np.flatnonzero(loud > max(_LOUD * float(np.median(loud)), _LEAST * float(loud.max())))
     first = over[np.diff(over, prepend=-math.inf) > dead_time * rate]
     return first / rate  # type: ignore[no-any-return]
-
-
-def _wave(path: Any, channel: Any, full_scale: float) -> tuple[float, np.ndarray]:
-    from scipy.io import wavfile
-
-    try:
-        rate, samples = wavfile.read(path)
-    except ValueError as error:
-        raise ValueError(f"{path}: not a WAV file: {error}") from None
-    if samples.ndim > 1:
-        count = samples.shape[1]
-        if not channel or channel[0] not in range(count):
-            raise ValueError(f"{path}: {count} channels: columns must be one of 0 to {count - 1}")
-        samples = samples[:, channel[0]]
-    size = 1.0
-    if samples.dtype.kind in "iu":
-        size = float(np.iinfo(samples.dtype).max + 1)
-        if samples.dtype.kind == "u":
-            size *= 0.5
-            samples = samples - size
-    return float(rate), samples * (full_scale / size)
-
-
-def _matlab(path: Any, columns: Any, alone: bool) -> tuple[np.ndarray, np.ndarray]:
-    from scipy.io import loadmat
-
-    try:
-        found = loadmat(path, squeeze_me=True)
-    except NotImplementedError:
-        raise ValueError(f"{path}: a MATLAB file of version 7.3: must be saved by -v7") from None
-    except (ValueError, TypeError) as error:
-        raise ValueError(f"{path}: not a MATLAB file: {error}") from None
-    arrays = {
-        name: array
-        for name, array in found.items()
-        if not name.startswith("__")
-        and getattr(array, "ndim", 0) == 1
-        and array.dtype.kind in "iuf"
-    }
-    names = list(columns or arrays)
-    for name in names:
-        if name not in arrays:
-            raise unknown_name(f"variable of {path}", name, arrays)
-    if len(names) != (1 if alone else 2):
-        raise ValueError(
-            f"{path}: has {', '.join(arrays) or 'no list of numbers'}: columns must name "
-            + ("that of the times" if alone else "those of time and value")
-        )
-    times, values = arrays[names[0]], arrays[names[-1]]
-    if not columns and not (np.diff(times) > 0).all() and (np.diff(values) > 0).all():
-        times, values = values, times
-    return times, values

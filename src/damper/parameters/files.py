@@ -1,5 +1,6 @@
-"""Bytes of files that users name."""
+"""Files that users name: their bytes, and what SciPy reads of them."""
 
+import io
 import os
 import stat
 from pathlib import Path
@@ -40,3 +41,25 @@ def state_of(path: str | os.PathLike[str]) -> tuple[int, ...]:
     """Return numbers that change when the file does: its place on the disk, size and times."""
     found = os.stat(path)
     return found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+
+
+def scipy_io(path: str | os.PathLike[str]) -> Any:
+    """Return `scipy.io`; ValueError with the file that needs it where SciPy is not there."""
+    try:
+        from scipy import io as readers
+    except ImportError:
+        raise ValueError(f"{path}: reading it needs scipy, of damper[workflow]") from None
+    return readers
+
+
+def matlab_variables(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return the variables of a MATLAB file up to version 7; ValueError or OSError for others."""
+    readers, data = scipy_io(path), io.BytesIO(contents(path))
+    try:
+        found = readers.loadmat(data)
+    # Also an error of its own, which is a plain Exception.
+    except Exception as error:
+        raise ValueError(
+            f"{path}: not a file of MATLAB up to version 7 (save it with -v7): {error}"
+        ) from None
+    return {name: array for name, array in found.items() if not name.startswith("__")}

@@ -14,7 +14,8 @@ from weakref import WeakValueDictionary
 
 from damper.parameters.files import path_of, state_of
 from damper.parameters.names import unknown_name
-from damper.parameters.quantity import Quantity, finite, in_range, whole
+from damper.parameters.quantity import Quantity, finite, in_range, real, whole
+from damper.parameters.record_file import Reading, read_samples
 from damper.parameters.units import AMPLITUDES, FORCE, FREE
 
 #: Highest order of a harmonic: the engine has a place for each one below it.
@@ -436,26 +437,34 @@ class Record(_Sampled):
         of: Of = "force",
         after: After = "zero",
         delimiter: str | None = None,
+        step: float | None = None,
+        factor: float | None = None,
     ) -> "Record":
-        """Read a record from a CSV file, with one sample a line.
+        """Read a record from a file of CSV (one sample a line), PEER (AT2), MATLAB or WAV.
 
-        A process reads a file once; `layout` describes its columns and separators.
+        A process reads a file once; `layout` describes what was found in it: columns and
+        separators, and units that are converted.
 
         Parameters
         ----------
         path : path
             Lines that are empty, or begin with #, are skipped. The first one, or a comment before
             the samples, may name the columns and their units: s for times, N for a force, m/s2
-            for an acceleration; another unit is refused. Text is in UTF-8, or in UTF-16 with its
-            mark.
+            for an acceleration; multiples such as ms, kN and g are converted, another unit is
+            refused. Text is in UTF-8, or in UTF-16 with its mark.
         columns : (str or int, str or int), optional
             Those of time and value, where there are more than these two: their names, or numbers
-            that count from 0.
+            that count from 0. With `step`, and of the channels of a WAV file, one alone.
         of, after : str
             As for `Record`.
         delimiter : str, optional
             What stands between columns; else it is found: tabs, semicolons, blanks or commas. Where
             it is no comma, numbers may have decimal commas.
+        step : float, optional
+            Time between samples, of a file with values alone; the first one is at 0.
+        factor : float, optional
+            By what values are multiplied, in place of the unit that the file gives; of a WAV file
+            its value at full scale, else 1.
 
         Raises
         ------
@@ -477,10 +486,16 @@ class Record(_Sampled):
         _one_of("Record.after", after, get_args(After))
         file = path_of(path)
         if columns is not None:
-            columns = _pair_of_columns(columns)
+            columns = _columns(columns)
+        for name, number in (("step", step), ("factor", factor)):
+            least = 0.0 if name == "step" else -math.inf
+            if number is not None and not (real(name, number) and least < number < math.inf):
+                allowed = "> 0" if name == "step" else "other than 0"
+                raise ValueError(f"{name} = {number!r}: must be a number {allowed}")
         if delimiter is not None and not (isinstance(delimiter, str) and len(delimiter) == 1):
             raise ValueError(f"delimiter = {delimiter!r}: must be one character")
-        return _read_record(file, state_of(file), columns, of, after, delimiter)
+        how = Reading(columns, delimiter, step, factor)
+        return _read_record(file, state_of(file), how, of, after)
 
 
 @dataclass(frozen=True)
@@ -786,35 +801,34 @@ def _wrong_sample(time: Any, value: Any) -> tuple[str, int | None, str] | None:
     return None
 
 
-def _pair_of_columns(given: Any) -> tuple[str | int, str | int]:
-    pair: Any = () if isinstance(given, str) or not isinstance(given, Iterable) else tuple(given)
-    is_name = [isinstance(one, str | int) and not isinstance(one, bool) for one in pair]
-    if is_name != [True, True]:
+def _columns(given: Any) -> tuple[str | int, ...]:
+    found: Any = (given,) if isinstance(given, str | int) else ()
+    if not found and isinstance(given, Iterable):
+        found = tuple(given)
+    is_name = [isinstance(one, str | int) and not isinstance(one, bool) for one in found]
+    if is_name not in ([True], [True, True]):
         raise ValueError(
             f"columns = {given!r}: must be those of time and value, names or numbers from 0"
         )
-    return pair
+    return found
 
 
 @lru_cache(maxsize=4)
 def _read_record(
     path: str,
     state: tuple[int, ...],
-    columns: Sequence[str | int] | None,
+    how: Reading,
     of: Of,
     after: After,
-    delimiter: str | None,
 ) -> Record:
     """Read a record from a file in a certain state, which is checked."""
-    from damper.parameters.record_file import RecordFile
-
-    file = RecordFile(path, ("s", "N" if of == "force" else "m/s2"), columns, delimiter)
-    samples = dict(zip(("time", "value"), file.samples, strict=True))
+    read = read_samples(path, ("s", "N" if of == "force" else "m/s2"), how)
+    samples = {"time": read.times, "value": read.values}
     if wrong := _wrong_sample(**samples):
         name, number, words = wrong
-        where = "" if number is None else f", line {file.line_of(number)}"
+        where = "" if number is None or read.line_of is None else f", line {read.line_of(number)}"
         found = "" if number is None else f" = {samples[name][number].item()!r}"
         raise ValueError(f"{path}{where}: {name}{found}{words}")
-    record = Record(*file.samples, of, after)
-    record.__dict__["layout"] = file.found
+    record = Record(read.times, read.values, of, after)
+    record.__dict__["layout"] = read.found
     return record

@@ -1,4 +1,4 @@
-"""CSV files of records: numpy reads the numbers; layout, units and mistakes are found here."""
+"""Files of records: layout, units and mistakes are found here; numpy and SciPy read the numbers."""
 
 from __future__ import annotations
 
@@ -7,13 +7,17 @@ import io
 import os
 import re
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property, partial
 from itertools import islice
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from damper.parameters.files import contents
+from damper.parameters.files import contents, matlab_variables, scipy_io
 from damper.parameters.names import unknown_name
+
+if TYPE_CHECKING:
+    import numpy as np
 
 #: Separators of columns, in the order in which they are tried; one blank stands for several.
 SEPARATORS = {"\t": "tabs", ";": "semicolons", " ": "blanks", ",": "commas"}
@@ -32,12 +36,22 @@ _SPELLINGS = {
     "m/s": "m/s ms-1 mps m/sec",
     "1": "1",
 }
-#: Unit of a column -> its multiples that may be converted, as `_plain` has them.
-_MULTIPLES = {
+#: Unit of a column -> its multiples, which are converted.
+_MULTIPLES: dict[str, dict[str, float]] = {
+    "N": {"kN": 1e3, "kgf": 9.80665, "lbf": 4.4482216152605},
     "s": {"ms": 1e-3, "msec": 1e-3, "us": 1e-6, "μs": 1e-6, "min": 60.0},
     "m": {"mm": 1e-3, "cm": 1e-2, "um": 1e-6, "μm": 1e-6},
     "m/s": {"mm/s": 1e-3, "cm/s": 1e-2},
-    "m/s2": {"g": 9.80665, "mm/s2": 1e-3, "cm/s2": 1e-2},
+    "m/s2": {
+        "g": 9.80665,
+        "mg": 9.80665e-3,
+        "mm/s2": 1e-3,
+        "cm/s2": 1e-2,
+        "cm/sec2": 1e-2,
+        "Gal": 1e-2,
+        "in/s2": 0.0254,
+        "ft/s2": 0.3048,
+    },
 }
 #: Units that may end the head of a column without brackets, such as `time_ms`: of times, of values.
 _TIMES = f"{_SPELLINGS['s']} ms msec us μs usec ns min minutes h hr hours samples"
@@ -45,6 +59,93 @@ _VALUES = f"{_SPELLINGS['N']} {_SPELLINGS['m/s2']} " + (
     "kn mn lb lbs lbf kip kgf kg dyn g mg g0 %g % gal mgal mm/s2 cm/s2 ft/s2 in/s2 mms-2 cms-2 "
     "m/s mm/s cm/s m mm cm μm um ft v mv volt volts pa kpa mpa bar counts"
 )
+
+
+#: Samples and their step in the head of a PEER file, of both its forms.
+_AT2 = (
+    re.compile(r"NPTS\s*=\s*(\d+)\s*,\s*DT\s*=\s*([\d.]+(?:E[-+]?\d+)?)", re.I),
+    re.compile(r"^\s*(\d+)\s+([\d.]+(?:E[-+]?\d+)?)\s+NPTS\s*,\s*DT", re.I | re.M),
+)
+_AT2_LINES = 4
+
+
+class Reading(NamedTuple):
+    """How a file of a record is read, where the file does not say it.
+
+    Parameters
+    ----------
+    columns : tuple of str or int, optional
+        Columns, or variables, of time and value; with `step` that of the value; channel of a WAV
+        file.
+    delimiter : str, optional
+        Separator of the columns of text.
+    step : float, optional
+        Time between samples, of a file with values alone.
+    factor : float, optional
+        By what values are multiplied, in place of the unit that the file gives.
+    """
+
+    columns: Sequence[str | int] | None = None
+    delimiter: str | None = None
+    step: float | None = None
+    factor: float | None = None
+
+
+class Samples(NamedTuple):
+    """What a file holds: `found` describes it, `unit` is empty where the file gives none."""
+
+    times: np.ndarray
+    values: np.ndarray
+    unit: str
+    found: str
+    line_of: Callable[[int], int] | None = None
+
+
+def read_samples(path: str | os.PathLike[str], units: tuple[str, str], how: Reading) -> Samples:
+    """Read times and values from a file of CSV, PEER (AT2), MATLAB or WAV.
+
+    Times and values are in `units`, into which multiples that the file names, such as ms or g, are
+    converted.
+
+    Raises
+    ------
+    ValueError, OSError
+        With the file, the line, and what is wrong in it.
+    """
+    suffix = Path(path).suffix.lower()
+    kind = {".wav": "WAV", ".mat": "MATLAB"}.get(suffix, "")
+    if not kind:
+        text = _text(path)
+        head = b"\n".join(text.split(b"\n", _AT2_LINES)[:_AT2_LINES]).decode()
+        if suffix == ".at2" or any(each.search(head) for each in _AT2):
+            kind = "PEER"
+    for name in _NOT_OF[kind]:
+        if getattr(how, name) is not None:
+            raise ValueError(f"{path}: a {kind} file has no use for {name}: must be left out")
+    if kind != "WAV" and how.columns and len(how.columns) == 1 and how.step is None:
+        raise ValueError(
+            f"{path}: columns = {how.columns!r}: must be those of time and value, or `step` has to "
+            "say the time between samples"
+        )
+    if how.columns and len(how.columns) == 2 and how.step is not None:
+        raise ValueError(
+            f"{path}: columns = {how.columns!r} and `step`: must be the column of the value, or "
+            "`step` left out"
+        )
+    if kind:
+        return {"WAV": _wave, "MATLAB": _matlab, "PEER": _peer}[kind](path, units, how)
+    file = RecordFile(path, units, how.columns, how.delimiter, how.step, how.factor)
+    times, values = file.samples
+    return Samples(times, values, file.unit, file.found, file.line_of)
+
+
+#: Keys of `Reading` that a kind of file does not take.
+_NOT_OF = {
+    "": (),
+    "WAV": ("delimiter", "step"),
+    "MATLAB": ("delimiter",),
+    "PEER": ("columns", "delimiter", "step"),
+}
 
 
 class RecordFile:
@@ -57,11 +158,12 @@ class RecordFile:
     units : (str, str)
         Units of time and value.
     columns : (str or int, str or int), optional
-        Columns of time and value, where there are more than these two.
+        Columns of time and value, where there are more than these two; with `step` one of them is
+        enough.
     delimiter : str, optional
         Separator of the columns; found in the file where it is not given.
-    multiples : bool, default False
-        Whether multiples of the units, such as mm, are converted, and not refused.
+    step, factor : float, optional
+        As of `Reading`.
     words : str, default "time and value"
         What the columns are, for messages.
 
@@ -82,25 +184,42 @@ class RecordFile:
         units: tuple[str, str],
         columns: Sequence[str | int] | None = None,
         delimiter: str | None = None,
-        multiples: bool = False,
+        step: float | None = None,
+        factor: float | None = None,
         words: str = "time and value",
     ) -> None:
-        self.path, self._columns, self._multiples = path, columns, multiples
+        self.path, self._columns, self._step = path, columns, step
         self._words = words
-        self.unit, self._sizes = "", [1.0, 1.0]
+        self._converted: list[str] = []
+        self.unit, self._sizes = "", [1.0, 1.0 if factor is None else factor]
+        self._has_factor = factor is not None
         self._data = _text(path)
         self._separator, self._decimal = delimiter or "", "."
         self._head: list[str] = []
         self._head_line = self._skipped = 0
         self._find_layout()
-        self._places = [self._place(k, (columns or (0, 1))[k], units[k]) for k in (0, 1)]
+        if row := next(self._rows(), None):
+            self._check_count(*row)
+        if step is None:
+            given: Sequence[str | int] = columns or (0, 1)
+            self._places = [self._place(k, given[k], units[k]) for k in (0, 1)]
+        else:
+            self._places = [self._place(1, (columns or (0,))[-1], units[1])]
 
     @property
     def found(self) -> str:
-        """Separator and decimal sign in words; empty for commas and points."""
+        """Columns, decimal sign and units in words; empty for commas, points and SI units."""
+        return ", ".join(filter(None, [self._layout, *self._converted]))
+
+    @property
+    def _layout(self) -> str:
         named = SEPARATORS.get(self._separator, repr(self._separator))
-        words = "" if self._separator == "," else f"{named} between columns"
-        return words + (", decimal commas" if self._decimal == "," else "")
+        alone = self._step is not None and self._columns is None
+        return ", ".join(
+            [f"{named} between columns"] * (self._separator != "," and not alone)
+            + ["decimal commas"] * (self._decimal == ",")
+            + ["one column"] * alone
+        )
 
     @cached_property
     def samples(self) -> tuple[Any, Any]:
@@ -139,7 +258,10 @@ class RecordFile:
                 self._check(*row)
                 raise ValueError(f"{self.path}: not a table of numbers: {error}") from None
         self._find_decimal()
-        return self._sizes[0] * table[:, 0], self._sizes[1] * table[:, 1]
+        values = self._sizes[1] * table[:, -1]
+        if self._step is not None:
+            return self._step * np.arange(len(values)), values
+        return self._sizes[0] * table[:, 0], values
 
     def line_of(self, sample: int) -> int:
         """Return the number of the line with a sample."""
@@ -172,6 +294,9 @@ class RecordFile:
     def _find_layout(self) -> None:
         """Find separator, names of the columns, and how many lines come before the samples."""
         lines = list(islice(self._rows(), 2))
+        alone = self._step is not None and self._columns is None
+        if alone and lines and _NUMBER.fullmatch(lines[-1][1].strip()):
+            self._separator = self._separator or " "  # one column, maybe with decimal commas
         for line in () if self._separator else lines:
             fit = (each for each in SEPARATORS if _fits(self._cells(*line, each)))
             self._separator = self._separator or next(fit, "")
@@ -180,6 +305,8 @@ class RecordFile:
         if not lines:
             return
         first = self._cells(*lines[0])
+        if alone and self._separator == " ":
+            first = [lines[0][1].strip()]  # a head of one column may have blanks
         if not any(map(_NUMBER.fullmatch, first)):
             self._head, self._head_line, self._skipped = first, lines[0][0], 1
             return
@@ -200,38 +327,53 @@ class RecordFile:
             column = (names if column in names else self._head).index(column)
         if 0 <= column < len(self._head):
             name, found = split_unit(self._head[column], unit)
-            others = _MULTIPLES.get(unit, {}) if self._multiples else {}
+            if which and self._has_factor:
+                return column
             if found and which:
                 self.unit = unit
-            if _plain(found) in others:
-                self._sizes[which] = others[_plain(found)]
-            elif found and _plain(found) not in _SPELLINGS[unit].split():
+            size = _size(found, unit)
+            if size not in (None, 1.0):
+                self._sizes[which] = size
+                self._converted.append(_taken(name, found, size, unit))
+            elif size is None and found:
                 raise ValueError(
                     f"{self.path}, line {self._head_line}: {name} is in {found}: must be in "
-                    f"{', '.join([unit, *others])}, or without unit"
+                    f"{_allowed(unit)}, or without unit"
+                    + ("; `factor` may give its size" if which else "")
                 )
         return column
 
     def _check(self, number: int, text: str) -> None:
         """Raise ValueError for a line that does not hold a sample."""
-        cells, where = self._cells(number, text), f"{self.path}, line {number}"
-        if self.found:
-            where += f" ({self.found})"
-        if self._columns is None and len(cells) == 1:
-            raise ValueError(
-                f"{where}: 1 column: must be two, {self._words}, and `delimiter` may say what "
-                "stands between them"
-            )
-        if self._columns is None and len(cells) != 2:
-            raise ValueError(
-                f"{where}: {len(cells)} columns: must be two, or `columns` has to say which are "
-                f"{self._words}"
-            )
+        cells, where = self._check_count(number, text)
         for place in self._places:
             if not 0 <= place < len(cells) or not cells[place]:
                 raise ValueError(f"{where}: there is nothing in column {place} (from 0)")
             if not _NUMBER.fullmatch(cells[place]):
                 raise ValueError(f"{where}: {cells[place]!r} is no number")
+
+    def _check_count(self, number: int, text: str) -> tuple[list[str], str]:
+        """Return cells and place of a line, in words; ValueError where it has too many or few."""
+        cells, where = self._cells(number, text), f"{self.path}, line {number}"
+        if self._layout:
+            where += f" ({self._layout})"
+        alone = self._step is not None
+        if self._columns is None and len(cells) == 1 and not alone:
+            raise ValueError(
+                f"{where}: 1 column: must be two, {self._words}, and `delimiter` may say what "
+                "stands between them; of values alone `step` says the time between samples"
+            )
+        if self._columns is None and alone and len(cells) != 1:
+            raise ValueError(
+                f"{where}: {len(cells)} columns and `step`: must be one, or `columns` has to say "
+                "which is the value"
+            )
+        if self._columns is None and not alone and len(cells) != 2:
+            raise ValueError(
+                f"{where}: {len(cells)} columns: must be two, or `columns` has to say which are "
+                f"{self._words}"
+            )
+        return cells, where
 
     def _find_decimal(self) -> None:
         """Find the decimal sign; ValueError where there are both."""
@@ -305,3 +447,108 @@ def _text(path: str | os.PathLike[str]) -> bytes:
     if "\0" in text[:1000]:
         raise ValueError(f"{path}: is no text: must be a CSV file in UTF-8")
     return text.encode() if encoding == "UTF-16" else data
+
+
+def _size(found: str, unit: str) -> float | None:
+    """Return the size of a unit that a file names in the one that is asked for, if it is known."""
+    sizes = dict.fromkeys(_SPELLINGS[unit].split(), 1.0)
+    return (sizes | {_plain(name): size for name, size in _MULTIPLES.get(unit, {}).items()}).get(
+        _plain(found)
+    )
+
+
+def _allowed(unit: str) -> str:
+    return ", ".join([unit, *_MULTIPLES.get(unit, {})])
+
+
+def _taken(name: str, found: str, size: float, unit: str) -> str:
+    return f"{name} in {found}, which is taken as {size:g} {unit}"
+
+
+def _peer(path: Any, units: tuple[str, str], how: Reading) -> Samples:
+    """Read the text of the PEER ground motion database: a head of four lines, values in rows."""
+    import numpy as np
+
+    lines = _text(path).decode("utf-8-sig").splitlines()
+    head = "\n".join(lines[:_AT2_LINES])
+    marks = next(filter(None, (each.search(head) for each in _AT2)), None)
+    if marks is None:
+        raise ValueError(f"{path}: the first {_AT2_LINES} lines of a PEER file must be NPTS=, DT=")
+    named = re.search(r"UNITS OF\s+(\S+)", head, re.I)
+    found, unit, factor = (named[1] if named else ""), units[1], how.factor
+    if factor is None:
+        factor = _size(found, unit)
+        if factor is None:
+            raise ValueError(
+                f"{path}: a PEER file in {found or 'no unit'}: must be in "
+                f"{_allowed(unit)}; `factor` may give its size"
+            )
+    first = 1 + head[: marks.end()].count("\n")
+    try:
+        values = np.array(" ".join(lines[first:]).split(), dtype=float)
+    except ValueError as error:
+        raise ValueError(f"{path}: not a table of numbers: {error}") from None
+    count, step = int(marks[1]), float(marks[2])
+    if len(values) != count:
+        raise ValueError(f"{path}: {len(values)} samples: must be {count}, as NPTS says")
+    words = [f"a PEER file of {count} samples, {step:g} s apart"]
+    if how.factor is None and factor != 1.0:
+        words.append(_taken("values", found, factor, unit))
+    return Samples(step * np.arange(count), factor * values, unit, ", ".join(words))
+
+
+def _wave(path: Any, units: tuple[str, str], how: Reading) -> Samples:
+    """Read a channel of a WAV file, as parts of its full scale."""
+    import numpy as np
+
+    try:
+        rate, samples = scipy_io(path).wavfile.read(io.BytesIO(contents(path)))
+    except ValueError as error:
+        raise ValueError(f"{path}: not a WAV file: {error}") from None
+    if samples.ndim > 1:
+        count = samples.shape[1]
+        if not how.columns or how.columns[0] not in range(count):
+            raise ValueError(f"{path}: {count} channels: columns must be one of 0 to {count - 1}")
+        samples = samples[:, how.columns[0]]
+    size = 1.0
+    if samples.dtype.kind in "iu":
+        size = float(np.iinfo(samples.dtype).max + 1)
+        if samples.dtype.kind == "u":
+            size *= 0.5
+            samples = samples - size
+    factor = 1.0 if how.factor is None else how.factor
+    found = f"a WAV file of {rate} samples a second, whose full scale is {factor:g} {units[1]}"
+    return Samples(np.arange(len(samples)) / rate, samples * (factor / size), "", found)
+
+
+def _matlab(path: Any, units: tuple[str, str], how: Reading) -> Samples:
+    """Read two variables of a MATLAB file; with `step` one."""
+    import numpy as np
+
+    arrays = {
+        name: np.ravel(array).astype(float)
+        for name, array in matlab_variables(path).items()
+        if getattr(array, "dtype", np.dtype(object)).kind in "iuf"
+        and 1 < array.size == max(array.shape)
+    }
+    names = list(how.columns or arrays)[-1 if how.step is not None and how.columns else 0 :]
+    for name in names:
+        if name not in arrays:
+            raise unknown_name(f"variable of {path}", name, arrays)
+    alone = how.step is not None
+    if len(names) != (1 if alone else 2):
+        raise ValueError(
+            f"{path}: has {', '.join(arrays) or 'no list of numbers'}: columns must name "
+            + (
+                "that of the values"
+                if alone
+                else "those of time and value; `step` may give the times"
+            )
+        )
+    times, values = (arrays[str(name)] for name in (names[0], names[-1]))
+    if how.step is not None:
+        times = how.step * np.arange(len(values))
+    elif how.columns is None and not (np.diff(times) > 0).all() and (np.diff(values) > 0).all():
+        times, values, names = values, times, names[::-1]
+    found = f"variables {', '.join(dict.fromkeys(map(str, names)))} of a MATLAB file"
+    return Samples(times, (1.0 if how.factor is None else how.factor) * values, "", found)

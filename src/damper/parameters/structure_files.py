@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from damper.parameters.files import contents, path_of
+from damper.parameters.files import contents, matlab_variables, path_of, scipy_io
 from damper.parameters.names import unknown_name
 from damper.parameters.structure import FORCE, Structure
 
@@ -201,15 +201,7 @@ def _arrays(name: str) -> dict[str, Any]:
         except (ValueError, EOFError) as error:
             raise ValueError(f"{name}: not a file of NumPy's savez: {error}") from None
     if suffix == ".mat":
-        reads, data = _scipy_io(name), io.BytesIO(contents(name))
-        try:
-            found = reads.loadmat(data)
-        # Also an error of its own, which is a plain Exception.
-        except Exception as error:
-            raise ValueError(
-                f"{name}: not a file of MATLAB up to version 7 (save it with -v7): {error}"
-            ) from None
-        return {key: value for key, value in found.items() if not key.startswith("__")}
+        return matlab_variables(name)
     if suffix in (".mtx", ".npy"):
         raise ValueError(f"{name}: has one matrix: give a file for each of {', '.join(MATRICES)}")
     raise ValueError(f"{name}: must be a file {_SUFFIXES}")
@@ -222,15 +214,7 @@ def _one(name: str) -> Any:
         if suffix == ".npy":
             return np.load(io.BytesIO(contents(name)), allow_pickle=False)
         if suffix == ".mtx":
-            return _scipy_io(name).mmread(io.BytesIO(contents(name)))
+            return scipy_io(name).mmread(io.BytesIO(contents(name)))
     except (ValueError, EOFError) as error:
         raise ValueError(f"{name}: not a matrix: {error}") from None
     raise ValueError(f"{name}: must be a file .mtx or .npy; one .npz or .mat has all matrices")
-
-
-def _scipy_io(name: str) -> Any:
-    try:
-        from scipy import io as scipy_io
-    except ImportError:
-        raise ValueError(f"{name}: reading it needs scipy, of damper[workflow]") from None
-    return scipy_io

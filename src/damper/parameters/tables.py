@@ -56,9 +56,7 @@ falls while the approach speed rises; the coefficient must fall by at most 0.368
     if isinstance(given, str | os.PathLike):
         import numpy as np
 
-        file = RecordFile(
-            given, (unit, "1"), multiples=True, words="approach speed and restitution"
-        )
+        file = RecordFile(given, (unit, "1"), words="approach speed and restitution")
         given = np.transpose(file.samples).tolist()
     if isinstance(given, bytes | Mapping) or not isinstance(given, Iterable):
         raise TypeError(f"{wanted}, not {given!r}")

@@ -226,7 +226,7 @@ def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> 
         folder = None if output is None else Path(path_of(output, "output", "folder"))
         older = prepare(folder, [machine, *asked.records]) if folder else []
         if not quick:  # before the search; the card says it again
-            for text in asked.unusual:
+            for text in asked.notes:
                 click.echo(f"! {text}", err=True)
         found = design(asked, quick=quick)
         click.echo(repr(found))

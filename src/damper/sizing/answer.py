@@ -270,7 +270,7 @@ def design(
 def machine_from(machine: Any, given: Mapping[str, Any]) -> Machine:
     """Return a machine from the arguments of `design`."""
     if isinstance(machine, str | os.PathLike):
-        machine = read_machine(Path(machine))
+        return read_machine(Path(machine), given)
     if isinstance(machine, Machine):
         if not given:
             return machine
@@ -455,7 +455,7 @@ def _design(judge: WorstCase, damper: Sizes, quick: bool, **numbers: Any) -> Des
         restitution=damper.restitution,
         without=without,
         clauses=clauses,
-        warnings=m.unusual + failed + _by_size(judge, damper),
+        warnings=m.notes + failed + _by_size(judge, damper),
         assumed=tuple(_assumptions(judge, quick)),
         **numbers,
     )

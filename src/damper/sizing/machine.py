@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from pydantic import Field, ValidationError
+from pydantic import BeforeValidator, Field, ValidationError
 
 from damper.parameters.forcing import Record
+from damper.parameters.record_file import Reading
 from damper.parameters.setting import Setting
 from damper.study.fields import Line, NamedMapping, Pair, StrictModel, Text, Unit
+from damper.study.forcing import Columns, Letter
 from damper.study.messages import Mistakes, mistakes_of
 from damper.study.settings import Assumed, Stated, check_origin, declared_class
 from damper.study.yaml_file import ConfigError, Problem, read_yaml, unreadable
@@ -22,6 +26,8 @@ from damper.theory.steady import steady_amplitude
 FORCES = {"force_amplitude": "harmonic", "base_amplitude": "base", "unbalance": "unbalance"}
 #: Keys of CSV files with what drives it over time -> what the samples are.
 RECORDS: dict[str, Any] = {"force_record": "force", "acceleration_record": "base_acceleration"}
+#: How `Record.read` reads a file: each is a key of a machine after `record_`.
+READING = Reading._fields
 _DRIVES = (*FORCES, *RECORDS, "initial_displacement")
 #: Value of `counts` -> the variable of a cube to make small, its unit, its name on a card.
 COUNTS = {
@@ -81,6 +87,8 @@ SETTINGS = {
     "mass_tolerance": Setting(0.0, "How far the free mass may be off, either way.", "kg", ge=0),
     "gap_tolerance": Setting(0.0, "How far the gap may be off, either way.", "m", ge=0),
     "restitution_tolerance": Setting(0.0, "How far that may be off, either way.", ge=0),
+    "record_step": Setting(None, "Time between samples, of a record of values alone.", "s", gt=0),
+    "record_factor": Setting(None, "By what a record's values are multiplied, for its unit."),
     "stop_modulus": Setting(
         None, "Young's modulus of the stops, for the contact force; steel.", "Pa", ge=1e3, le=1e13
     ),
@@ -118,6 +126,14 @@ class Material(StrictModel):
         check_origin(self, mistakes)
 
 
+def _split(given: Any) -> Any:
+    """Return columns as a list; the shell gives them as text, with commas in between."""
+    if isinstance(given, str):
+        cells = (cell.strip() for cell in given.split(","))
+        return [int(cell) if cell.isdecimal() else cell for cell in cells]
+    return [given] if isinstance(given, int) else given
+
+
 class Machine(Settings):  # type: ignore[misc]
     """A vibrating machine, the room there is for a damper, and what counts.
 
@@ -133,12 +149,22 @@ class Machine(Settings):  # type: ignore[misc]
         Field(description="Lowest and highest frequency of what drives it."),
     ] = None
     force_record: Annotated[
-        Text | None, Unit("s, N"), Field(description="CSV file of a force; from the file's folder.")
+        Text | None,
+        Unit("s, N"),
+        Field(description="File of a force over time; from the file's folder."),
     ] = None
     acceleration_record: Annotated[
         Text | None,
         Unit("s, m/s2"),
-        Field(description="CSV file of the base's acceleration; from the file's folder."),
+        Field(description="File of the base's acceleration; from the file's folder."),
+    ] = None
+    record_columns: Annotated[
+        Columns | None,
+        BeforeValidator(_split),
+        Field(description="Its columns of time and value, where it has more, such as t,north."),
+    ] = None
+    record_delimiter: Annotated[
+        Letter | None, Field(description="What stands between its columns; else it is found.")
     ] = None
     restitution_range: Annotated[
         Pair[float] | None,
@@ -191,6 +217,12 @@ class Machine(Settings):  # type: ignore[misc]
         if self.counts != AUTO and (self.counts == "decay_time") != self.is_free:
             what = (name for name in COUNTS if (name == "decay_time") == self.is_free)
             mistakes.add(("counts",), f"{self.counts} does not go with {drive}", ", ".join(what))
+        for name in READING if drive not in RECORDS else ():
+            if getattr(self, f"record_{name}") is not None:
+                message = f"record_{name} says how a record is read, and there is none"
+                mistakes.add(
+                    (f"record_{name}",), message, f"left out, or with {' or '.join(RECORDS)}"
+                )
         if drive in RECORDS:
             try:
                 if self.record.time[0] < 0.0:
@@ -198,10 +230,13 @@ class Machine(Settings):  # type: ignore[misc]
             except OSError as error:
                 path = getattr(self, drive)
                 problem, near = unreadable(Path(path), error)
-                allowed = "a CSV file with columns of time and value"
+                allowed = "a file of a record"
                 mistakes.add((drive,), f"{path}: {problem}", allowed, near)
             except ValueError as error:
-                message, _, allowed = str(error).partition(": must be ")
+                keys = rf"`({'|'.join(READING)})`"  # those of `Record.read`
+                message, _, allowed = re.sub(keys, r"`record_\1`", str(error)).partition(
+                    ": must be "
+                )
                 mistakes.add((drive,), message, allowed)
 
     def _check_band(self, mistakes: Mistakes) -> None:
@@ -252,6 +287,18 @@ class Machine(Settings):  # type: ignore[misc]
         return tuple(found)
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on what is unusual, and on what was found in the file of a record."""
+        layout = self.record.layout if self.is_recorded else ""
+        if not layout:
+            return self.unusual
+        keys = ", ".join(f"record_{name}" for name in READING)
+        return (
+            *self.unusual,
+            f"The file of the record has {layout} ({keys} may say otherwise).",
+        )
+
+    @property
     def is_free(self) -> bool:
         """Whether nothing drives it."""
         return self.initial_displacement is not None
@@ -270,7 +317,8 @@ class Machine(Settings):  # type: ignore[misc]
     def record(self) -> Record:
         """The record in s and N or m/s2; OSError or ValueError where its file cannot be read."""
         key = "force_record" if self.force_record is not None else "acceleration_record"
-        return Record.read(getattr(self, key), of=RECORDS[key])
+        how = {name: getattr(self, f"record_{name}") for name in READING}
+        return Record.read(getattr(self, key), of=RECORDS[key], **how)
 
     @property
     def forcing(self) -> Any:
@@ -387,14 +435,18 @@ class Machine(Settings):  # type: ignore[misc]
         return variable, unit, f"{words} from the base" if relative else words
 
 
-def read_machine(path: Path | str) -> Machine:
-    """Read the YAML file of a machine; ConfigError lists all that is wrong, with its lines."""
+def read_machine(path: Path | str, given: Mapping[str, Any] | None = None) -> Machine:
+    """Read the YAML file of a machine; ConfigError lists all that is wrong, with its lines.
+
+    What is `given` beside it counts in place of what it says.
+    """
     file = read_yaml(Path(path))
     problems = file.problems
     data = file.data
     if isinstance(data, dict):
         here = {key: data[key] for key in RECORDS if isinstance(data.get(key), str)}
         data = data | {key: f"{Path(path).parent / name}" for key, name in here.items()}
+        data |= given or {}
     try:
         made = Machine.model_validate(data)
     except ValidationError as error:

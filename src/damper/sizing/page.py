@@ -117,6 +117,7 @@ def write(design: Design, folder: Path) -> None:
     if design.machine.is_recorded:  # its samples go into a file of their own
         record = design.machine.record
         machine |= dict.fromkeys(machine.keys() & RECORDS.keys(), "record.csv")
+        machine = {name: x for name, x in machine.items() if not name.startswith("record_")}
         samples = pd.DataFrame({"time (s)": record.time, "value": record.value})
         texts["record.csv"] = samples.to_csv(index=False)
         force = {"kind": "record", "file": "../record.csv", "of": record.of}

@@ -85,7 +85,10 @@ def _notes(study: Any) -> Iterator[str]:
             f"their {study.force.kind} does, at {study.force.end:g}"
         )
     if layout := getattr(study.force, "layout", ""):
-        yield f"the file of its record has {layout} (forcing.delimiter may say otherwise)"
+        yield (
+            f"the file of its record has {layout} (forcing.columns, delimiter, step and factor may "
+            "say otherwise)"
+        )
     if starts_at_exact_rest(study.initial, study.ends):
         yield (
             "all runs start at exact rest, where a free mass out of the walls' reach stays idle; "

@@ -76,7 +76,7 @@ class ForceEntry(_Named):
         except OSError as error:
             path: Any = self.path(folder)
             problem, near = unreadable(path, error)
-            message, allowed = f"{path}: {problem}", "a CSV file, relative to the study's"
+            message, allowed = f"{path}: {problem}", "a file of a record, relative to the study's"
             mistakes.add(("file",), message, allowed, near)
         except (ValueError, TypeError) as error:
             loc, words = _place(str(error))
@@ -90,8 +90,9 @@ class RecordEntry(ForceEntry):
     file: Annotated[
         Text | None,
         Field(
-            description="CSV file with one sample a line, relative to the folder of the study's "
-            "file; its first line may name columns and units. Not with time and value."
+            description="File of CSV (one sample a line), PEER (AT2), MATLAB or WAV, relative to "
+            "the folder of the study's file; it may name columns and units. Not with time "
+            "and value."
         ),
     ] = None
 
@@ -106,10 +107,10 @@ class RecordEntry(ForceEntry):
         given = {key for key, value in self if value is not None}
         if self.file is None and not {"time", "value"} <= given:
             message = "neither file, nor time and value, are given"
-            mistakes.add((), message, "file: <a CSV file>, or time: [...] and value: [...]")
+            mistakes.add((), message, "file: <a file of a record>, or time: [...] and value: [...]")
         elif self.file is not None and {"time", "value"} & given:
             mistakes.add((), "file and samples are both given", "file, or time and value")
-        for key in sorted(_READING & given) if self.file is None else ():
+        for key in sorted(_READING.keys() & given) if self.file is None else ():
             mistakes.add((key,), f"{key} says how a file is read, and there is none", "file")
         super().check_together(mistakes)
 
@@ -126,8 +127,6 @@ class NoiseEntry(ForceEntry):
 
 
 _NOWHERE = Path()
-#: How `Record.read` reads a file.
-_READING = {"columns", "delimiter"}
 
 
 @cache
@@ -151,8 +150,8 @@ def force_entry(kind: str) -> type[ForceEntry]:
     base = bases.get(declared, ForceEntry)
     if declared is Record:
         meanings = _meanings(Record.read)
-        for name, of in (("columns", _Columns | None), ("delimiter", _Letter | None)):
-            given[name] = Annotated[of, Field(description=meanings[name])], None
+        for name, how in _READING.items():
+            given[name] = Annotated[how | None, Field(description=meanings[name])], None
     made: Any = create_model(
         declared.__name__, __base__=base, __doc__=first_line(declared), **given
     )
@@ -169,8 +168,16 @@ _COLUMN: Schema = {"anyOf": [{"type": "string"}, {"type": "integer"}]}
 _Band = Pair[float]
 _Samples = Annotated[tuple[float, ...], Field(strict=False)]
 _Column = Annotated[Any, PlainValidator(_column), WithJsonSchema(_COLUMN)]
-_Columns = Annotated[tuple[_Column, _Column], Field(strict=False)]
-_Letter = Annotated[str, Field(min_length=1, max_length=1)]
+Columns = Annotated[tuple[_Column, ...], Field(strict=False, min_length=1, max_length=2)]
+Letter = Annotated[str, Field(min_length=1, max_length=1)]
+_Positive = Annotated[float, Field(gt=0)]
+#: How `Record.read` reads a file.
+_READING: dict[str, Any] = {
+    "columns": Columns,
+    "delimiter": Letter,
+    "step": _Positive,
+    "factor": float,
+}
 
 
 def _type(hint: Any) -> Any:
