@@ -323,8 +323,8 @@ DECLARED = sorted(
         if inspect.isfunction(function) and hasattr(function, "like")
     }.items()
 )
-#: Aids of searches: without them they take more steps.
-AIDS = ("longer_step", "proves_inside", "stays_below")
+#: Aids of searches: without them they take more steps, or try some that prove nothing.
+AIDS = ("longer_step", "proves_inside", "shorter_step", "stays_below")
 #: A Taylor series of the derivatives that each force gives: it asks for those. And the law of one
 #: wall, where the walls are alike: what is asked of that has to be known. The row of a log is that
 #: of one free mass unless a model says otherwise, as are its motion, its deviations and what the
