@@ -1,6 +1,7 @@
 """Unknown quantities found again in synthetic and in measured records."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -103,7 +104,7 @@ def test_measured_tennis_ball():
 
 
 def test_decay_page_and_study(tmp_path, monkeypatch):
-    monkeypatch.setattr("damper.identification.fit._ROUNDS", ((100, 2),))
+    monkeypatch.setattr("damper.identification.fit._ROUNDS", ((50, 2), (50, 2)))
     times, values, _ = decay(0.5, 201)
     noise = 2e-5 * np.random.default_rng(2).standard_normal(len(times))
     path = tmp_path / "decay.csv"
@@ -155,6 +156,21 @@ def test_a_residual_larger_than_the_noise_is_said():
         said = " ".join(_warnings(fitter, fit, *fitter.reach(fit, 2.0)))
         assert ("times what the record's noise explains" in said) is there
         assert ("no white noise" in said) is there
+
+
+def test_searches_go_on_until_two_end_in_the_best_place(monkeypatch):
+    times, values, _ = decay(0.2, 81)
+    noise = 2e-5 * np.random.default_rng(2).standard_normal(len(times))
+    record = damper.Recording(times, values + noise, offset=False)
+    for costs, enough in (([1.0, 1.2, 1.0], True), ([1.3, 1.2, 1.1, 1.0], False)):
+        fitter = Fitter(problem(record, ["restitution"]))
+        fit = fitter.fit(np.array([0.6]), 1.0, 3)
+        left = iter([replace(fit, residuals=math.sqrt(cost) * fit.residuals) for cost in costs])
+        monkeypatch.setattr(fitter, "_round", lambda *_, left=left: next(left))
+        best = fitter.best()
+        assert next(left, None) is None
+        said = " ".join(_warnings(fitter, best, *fitter.reach(best, 2.0)))
+        assert ("No two searches" in said) is not enough
 
 
 def test_impacts_that_a_recorder_may_miss():

@@ -356,6 +356,11 @@ def _warnings(fitter: Fitter, fit: Fit, low: np.ndarray, high: np.ndarray) -> It
         near = _AT_END * (most - least if most < math.inf else unknown.starts[1])
         if value - least < near or most - value < near:
             yield f"{unknown.label} = {value:.4g} is at the end of its range."
+    if not fitter.again:
+        yield (
+            "No two searches ended in the best place: another minimum may be better. Narrow ranges "
+            "(--range) or a second record help."
+        )
     if not fit.converged:
         yield "The fit has not converged: its intervals are no more than a hint."
     for label, times in fit.excess(_TOO_MUCH).items():

@@ -4,37 +4,33 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
 from damper.engine.compiled import compiling
 from damper.identification.problem import OF_RECORD, RecordedDamper
-from damper.identification.recordings import TIMES
 
-#: First part of the records that is fitted, and by what the next ones grow: of samples, and of
-#: times alone, each of which counts.
-_FIRST, _GROWS, _GROWS_SLOWLY = 0.125, 2.0, 1.3
+#: First part of the records that is fitted, and by what the next ones grow.
+_FIRST, _GROWS = 0.125, 1.3
 #: Part of the records from which on the next one is the whole.
 _LAST_PART = 0.9
 #: Starts of each round, and how many of them, and of points that come from the window before, are
-#: fitted in a window; there are more rounds while the residual is suspicious.
-_ROUNDS = ((100, 2), (1000, 6), (8000, 12))
+#: fitted in a window; there are more rounds until two of them end in the best place.
+_ROUNDS = ((200, 3), (400, 4), (800, 6), (1600, 8))
 #: Points around a fit; looks around the last fit.
 _DRAWS, _LOOKS = 20, 3
 #: Steps of a fit in a window, of one of the whole, of the last one and of one in a profile.
 _IN_WINDOW, _WHOLE, _LAST, _NEAR = 5, 8, 30, 2
 #: Neighbours whose correlation counts; variance over that of the best window from which on it is
-#: suspicious; chance of the correlation, and rms over what is expected, from which on the search
-#: goes on.
-_LAGS, _LARGER, _UNLIKELY, _MORE = 10, 4.0, 0.05, (1.05, 1.0)
+#: suspicious; rms over what is expected from which on the search goes on.
+_LAGS, _LARGER, _MORE = 10, 4.0, (1.05, 1.0)
 #: Fits of a profile to one side at most, and part of the expected rise at which it ends.
 _OUTWARD, _RISEN = 5, 0.8
-#: Part of the sum of squares down to which another minimum is the same one.
-_SAME_COST = 0.98
+#: Sum of squares, over the variance, by which minima differ that one 95 % interval holds.
+_ALIKE = 4.0
 #: Longest step of a profile over the range of starts.
 _LONGEST = 0.15
 #: Variance, over the noise that is taken at first, of records that are as exact as the runs.
@@ -168,53 +164,38 @@ class Fitter:
             j for j, u in enumerate(unknowns) if u.name in OF_RECORD and u.name != "scale"
         ]
         self.count = sum(len(record.times) for record in problem.records)
-        alone = all(record.kind in TIMES for record in problem.records)
         part, parts = max(_FIRST, (2 + len(unknowns)) / self.count), []
         while part < _LAST_PART:
             parts.append(part)
-            part *= _GROWS_SLOWLY if alone else _GROWS
+            part *= _GROWS
         self.parts = (*parts, 1.0)
         self.generator = random.Random(0)
-        #: Numbers of the data in each window.
-        ends = np.cumsum([0] + [len(record.times) for record in problem.records])
-        self._inside = {
-            part: np.concatenate(
-                [end + np.arange(problem.count(k, part)) for k, end in enumerate(ends[:-1])]
-            )
-            for part in self.parts
-        }
         #: Least variance of a window.
         self.least = math.inf
+        #: Whether two rounds have ended in the best place.
+        self.again = False
         #: Sum of squares and point of all that was tried on the whole records.
         self.tried: list[tuple[float, np.ndarray]] = []
 
     def best(self) -> Fit:
-        """Return the best fit of all starts; more of them where its residual is suspicious."""
+        """Return the best fit of all rounds of starts."""
         # Thousands of short runs: compiled ones, and without those of the derivatives.
         self.problem.rough = True
+        begin, found = 0, list[Fit]()
         with compiling():
-            best, begin = self._round(0, *_ROUNDS[0]), 0
-            # The order of impacts makes many minima, some of nearly the same depth: a second search
-            # tells them apart.
-            kinds = {record.kind for record in self.problem.records}
-            more = kinds != {"intervals"}
-            for before, (count, kept) in pairwise(_ROUNDS):
-                if not (more or self.is_suspicious(best)):
-                    break
-                begin += before[0]
-                other = self._round(begin, count, kept)
-                # Runs of times alone take little.
-                more = other.cost < _SAME_COST * best.cost and kinds <= set(TIMES)
-                best = min(best, other, key=lambda fit: fit.cost)
-                if not more and not best.excess(_MORE):
+            for count, kept in _ROUNDS:
+                found.append(self._round(begin, count, kept))
+                begin += count
+                found.sort(key=lambda fit: fit.cost)
+                best = found[0]
+                # The order of impacts makes many minima, some of nearly the same depth.
+                near = best.cost + _ALIKE * max(best.variance, _EXACT)
+                self.again = len(found) > 1 and found[1].cost <= near
+                if self.again and not best.excess(_MORE):
                     break
         self.problem.rough = False
         best = self._weighed(best)
         return self.exact(self.fit(best.point, 1.0, _LAST))
-
-    def is_suspicious(self, fit: Fit) -> bool:
-        """Whether the residual is not white, or larger than expected or than in a window."""
-        return fit.chance < _UNLIKELY or bool(fit.excess(_MORE)) or self.fits_in_part(fit)
 
     def fits_in_part(self, fit: Fit) -> bool:
         """Whether a part of the records fits much better than the whole."""
@@ -245,11 +226,11 @@ class Fitter:
 
     def _round(self, begin: int, count: int, kept: int) -> Fit:
         """Fit the best of so many starts, from short windows to the whole."""
-        starts = [self._scored(self.start(k)) for k in range(begin, begin + count)]
+        starts = [self._scored(self.start(k), self.parts) for k in range(begin, begin + count)]
         points: list[np.ndarray] = []
         for number, part in enumerate(self.parts):
             some = self._best_of([start[number] for start in starts], kept)
-            more = self._best_of([self._scored(point)[number] for point in points], kept)
+            more = self._best_of([self._scored(p, (part,))[0] for p in points], kept)
             steps = _IN_WINDOW if part < 1.0 else _WHOLE
             fits = [self.fit(point, part, steps) for point in self._different(more + some)]
             fits.sort(key=lambda fit: fit.cost)
@@ -258,16 +239,15 @@ class Fitter:
             # Without steps beside the best ones, which the next window may tell apart.
             points = [fit.point for fit in fits[kept:]]
             points += [point for fit in fits[:kept] for point in self._around(fit)]
-        best = fits[0]
         # The order of impacts makes the sum of squares rugged: look around for a lower place.
         for _ in range(_LOOKS):
-            before = best.cost
-            around = [self._scored(p)[-1] for _ in range(_LOOKS) for p in self._around(best)]
-            for point in self._best_of(around, _LOOKS):
-                best = min(best, self.fit(point, 1.0, _WHOLE), key=lambda fit: fit.cost)
-            if best.cost > before * (1.0 - 0.2 / self.count):
+            before, fits = fits[0].cost, fits[:_LOOKS]
+            around = [self._scored(p, (1.0,))[0] for fit in fits for p in self._around(fit)]
+            fits += [self.fit(point, 1.0, _WHOLE) for point in self._best_of(around, _LOOKS)]
+            fits.sort(key=lambda fit: fit.cost)
+            if fits[0].cost > before * (1.0 - 0.2 / self.count):
                 break
-        return best
+        return fits[0]
 
     def _best_of(self, scored: list[tuple[float, np.ndarray]], count: int) -> list[np.ndarray]:
         """So many different points, the best one first."""
@@ -295,12 +275,15 @@ class Fitter:
             found.append(unknown.value if given else unknown.at(part))
         return np.clip(np.array(found, float), *self.narrow)
 
-    def _scored(self, point: np.ndarray) -> list[tuple[float, np.ndarray]]:
-        """Sum of squares in each window with the best constants of the records, and that point."""
-        residuals, columns = self.problem.residuals(point)
+    def _scored(self, point: np.ndarray, parts: Sequence[float]) -> list[tuple[float, np.ndarray]]:
+        """Sum of squares in each window with the best constants of the records, and that point.
+
+        The last window is the longest one.
+        """
+        residuals, columns = self.problem.residuals(point, parts[-1])
         found = []
-        for part in self.parts:
-            inside = self._inside[part]
+        for part in parts:
+            inside = self._inside(part, parts[-1])
             missed, there = residuals[inside], point
             if self.linear:
                 some = columns[inside][:, self.linear]
@@ -309,8 +292,17 @@ class Fitter:
                 there[self.linear] += step
                 missed = missed + some @ step
             found.append((float(missed @ missed), there))
-        self.tried.append(found[-1])
+        if parts[-1] == 1.0:
+            self.tried.append(found[-1])
         return found
+
+    def _inside(self, part: float, whole: float) -> np.ndarray:
+        """Numbers of the data of a window within those of a longer one."""
+        found, end = [], 0
+        for k in range(len(self.problem.records)):
+            found.append(end + np.arange(self.problem.count(k, part)))
+            end += self.problem.count(k, whole)
+        return np.concatenate(found)
 
     def _different(self, points: list[np.ndarray]) -> list[np.ndarray]:
         kept: list[np.ndarray] = []
