@@ -6,7 +6,7 @@ known, and of which some almost touch what they must not pass.
 
 import math
 import random
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -290,7 +290,9 @@ def test_near_root_leaves_only_the_fifth_order() -> None:
 # --- what only steers
 
 
-def bold(p: EventPoint, rate: float, width: float, longest: float) -> tuple[float, float, bool]:
+def bold(
+    moving: Any, p: EventPoint, rate: float, width: float, longest: float
+) -> tuple[float, float, bool]:
     """As far as it may go, to either wall."""
     return longest, 1.0 if p.value <= width - p.value else -1.0, True
 

@@ -414,6 +414,7 @@ def test_a_period_that_is_none_of_the_free_mass_is_refused() -> None:
         periodic_orbit(Parameters(frequency_ratio=1.3, **CHATTER, **more))
 
 
+@pytest.mark.compiled
 def test_a_run_that_does_not_settle_is_refused() -> None:
     """Its motion would be that of the last segment, carried on for ever."""
     with pytest.raises(ValueError, match="settle = 1000000: the run stopped early, max_events"):

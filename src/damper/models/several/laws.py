@@ -40,7 +40,9 @@ declared.have_rigid_walls(Several)
 @declared.free_mass.of(Several)
 def _free_mass(model, segment, k):
     m = mass_at(model, k)
-    share, body = m.ratio / model.mass_ratio, flying(model.single, m, 0.0)
+    # Masses that do not act back have no part in what the primary loses.
+    share = m.ratio / model.mass_ratio if model.mass_ratio > 0.0 else 0.0
+    body = flying(model.single, m, 0.0)
     return ObservedMass(m.ratio, share, m.clearance, 2.0 * m.clearance, body)
 
 
