@@ -10,16 +10,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationError
+from pydantic import BeforeValidator, Field
 
 from damper.parameters.forcing import Record
 from damper.parameters.record_file import Reading
 from damper.parameters.setting import Setting
 from damper.study.fields import Line, NamedMapping, Pair, StrictModel, Text, Unit
 from damper.study.forcing import Columns, Letter
-from damper.study.messages import Mistakes, mistakes_of
+from damper.study.messages import Mistakes
 from damper.study.settings import Assumed, Stated, check_origin, declared_class
-from damper.study.yaml_file import ConfigError, Problem, read_yaml, unreadable
+from damper.study.yaml_file import read_yaml, unreadable
 from damper.theory.steady import steady_amplitude
 
 #: What drives the machine: key -> the forcing of a study.
@@ -438,23 +438,15 @@ class Machine(Settings):  # type: ignore[misc]
 def read_machine(path: Path | str, given: Mapping[str, Any] | None = None) -> Machine:
     """Read the YAML file of a machine; ConfigError lists all that is wrong, with its lines.
 
-    What is `given` beside it counts in place of what it says.
+    A value in `given` replaces the file's.
     """
     file = read_yaml(Path(path))
-    problems = file.problems
     data = file.data
     if isinstance(data, dict):
         here = {key: data[key] for key in RECORDS if isinstance(data.get(key), str)}
         data = data | {key: f"{Path(path).parent / name}" for key, name in here.items()}
         data |= given or {}
-    try:
-        made = Machine.model_validate(data)
-    except ValidationError as error:
-        found = ((loc, file.find(loc), report) for loc, report in mistakes_of(error))
-        problems += [Problem(at.place, loc, line=at.line, **report) for loc, at, report in found]
-    if problems:
-        raise ConfigError.of(sorted(problems, key=lambda problem: problem.line))
-    return made
+    return Machine.checked_in(file, data)
 
 
 def machine_of(given: Any) -> Machine:

@@ -19,19 +19,20 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from damper.parameters import State
 from damper.parameters.dampers import SIParameters
 from damper.parameters.lazy import pd
 from damper.parameters.names import unknown_name
 from damper.parameters.structure import Structure
+from damper.sizing.clauses import EXCEEDED
 from damper.sizing.machine import LARGEST_RESTITUTION
 from damper.sizing.words import text_of
 from damper.structures.structure.settings import StructureEntry
 from damper.study.fields import DistinctList, Line, Pair, StrictModel, Text, Unit
-from damper.study.messages import Mistakes, mistakes_of
-from damper.study.yaml_file import ConfigError, Problem, read_yaml
+from damper.study.messages import Mistakes
+from damper.study.yaml_file import read_yaml
 from damper.sweep.progress import Progress, progress_bar
 
 #: What may be small: variable -> unit and words.
@@ -48,8 +49,6 @@ _FINER = (2.0**0.25, 2.0**0.0625)
 _RANDOM, _FRESH, _ROUNDS, _CHECK = 2, 30, 12, 100
 #: Hardest fresh starts of a round that all dampers get.
 _KEPT = 5
-#: A fresh start that exceeds the worst case by more than this is a warning.
-_EXCEEDED = 1.05
 
 
 class StructureMachine(StrictModel):
@@ -266,7 +265,7 @@ class StructureSearch:
             hard = sorted(cases, key=values.__getitem__)[-_KEPT:]
             if values[hard[-1]] <= bound:
                 return found
-            # What is hard for one damper is for others: from now on a case of all.
+            # A start that is hard for one damper is hard for others: it becomes a case of all.
             for damper, left in self._left.items():
                 left += [case for case in hard if damper != found]
             self.cases += hard
@@ -371,16 +370,8 @@ def structure_machine(machine: Any, given: Mapping[str, Any]) -> StructureMachin
     file = read_yaml(Path(machine))
     if not isinstance(file.data, dict) or "structure" not in file.data:
         return None
-    problems = file.problems
     data = {"folder": str(Path(machine).parent)} | file.data | dict(given)
-    try:
-        made = StructureMachine.model_validate(data)
-    except ValidationError as error:
-        found = ((loc, file.find(loc), report) for loc, report in mistakes_of(error))
-        problems += [Problem(at.place, loc, line=at.line, **report) for loc, at, report in found]
-    if problems:
-        raise ConfigError.of(sorted(problems, key=lambda problem: problem.line))
-    return made
+    return StructureMachine.checked_in(file, data)
 
 
 def design_on(machine: StructureMachine) -> StructureDesign:
@@ -393,7 +384,7 @@ def design_on(machine: StructureMachine) -> StructureDesign:
     without = max(machine.without(hertz) for hertz in _fine(machine))
     share, ratio = 100.0 * float(np.mean([v > worst for v in fresh])), max(fresh) / worst
     warnings = []
-    if ratio > _EXCEEDED:
+    if ratio > EXCEEDED:
         warnings.append(
             f"{share:.3g} % of fresh random runs exceed the worst case, by up to "
             f"{100.0 * ratio - 100.0:.2g} %."

@@ -27,6 +27,7 @@ from pydantic import (
     GetJsonSchemaHandler,
     GetPydanticSchema,
     TypeAdapter,
+    ValidationError,
     ValidationInfo,
     model_serializer,
     model_validator,
@@ -38,9 +39,18 @@ from damper.parameters.names import OF_ANY_MASS
 from damper.parameters.quantities import ALL
 from damper.parameters.unit_text import SIZES, number_in
 from damper.study.axes import MOST_VALUES
-from damper.study.messages import NOTHING, Mistakes, in_plain_words
+from damper.study.messages import NOTHING, Mistakes, in_plain_words, mistakes_of
 from damper.study.schema import COORDINATE, THE_PARAMETERS, Schema, nested, once, quantity_schema
-from damper.study.yaml_file import NUMBER, Loc, Quoted, as_part, display
+from damper.study.yaml_file import (
+    NUMBER,
+    ConfigError,
+    Loc,
+    Problem,
+    Quoted,
+    YamlFile,
+    as_part,
+    display,
+)
 
 # A file's name has at most 255 bytes, with what is added to it, such as a coordinate and a suffix.
 STEM = re.compile(r"[A-Za-z0-9_-]{1,100}")
@@ -69,6 +79,22 @@ class StrictModel(BaseModel):
         """
         with in_plain_words(name):
             return cls.model_validate(data)
+
+    @classmethod
+    def checked_in(cls, file: YamlFile, data: Any) -> Self:
+        """Return the settings of a file, which `data` are; ConfigError lists all mistakes.
+
+        Mistakes are in the order of their lines.
+        """
+        problems = list(file.problems)
+        try:
+            made = cls.model_validate(data)
+        except ValidationError as error:
+            found = ((loc, file.find(loc), report) for loc, report in mistakes_of(error))
+            problems += [Problem(at.place, loc, line=at.line, **more) for loc, at, more in found]
+        if problems:
+            raise ConfigError.of(sorted(problems, key=lambda problem: problem.line))
+        return made
 
     @classmethod
     def without_units(
