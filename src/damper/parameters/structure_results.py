@@ -1,11 +1,11 @@
-"""What runs on a structure are measured by. Kept light: studies are checked without the engine."""
+"""Measures of a run on a structure. Kept light: studies are checked without the engine."""
 
 from damper.parameters.variables import STATUS, Variable
 
 _RELATIVE = "relative to the base where that moves"
-#: What the motion of a point is measured by, and its unit.
+#: Quantities of the motion of a point, and their units.
 RESULTS_OF_POINTS = (("displacement", "m"), ("velocity", "m/s"), ("acceleration", "m/s2"))
-#: What a run is measured by.
+#: Measures of a run.
 RESULTS = (
     *(
         Variable(

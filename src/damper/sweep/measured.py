@@ -1,4 +1,4 @@
-"""What is measured of a run on a structure: response at each point, energies, impacts.
+"""Measures of a run on a structure: response at each point, energies, impacts.
 
 Integrals are Gauss-Legendre sums over parts of segments that resolve the fastest motion to
 roundoff (`damper.engine.quadrature`), and peaks are those of the polynomials through the same
@@ -25,6 +25,7 @@ from damper.engine.trajectory import Trajectory
 from damper.models.forces import drive_of
 from damper.models.structure.constants import MODE
 from damper.observers.common.base import Window, part_within
+from damper.parameters.run import DEFAULTS
 from damper.parameters.structural import StructureParameters
 from damper.parameters.structure_results import RESULTS_OF_POINTS
 from damper.parameters.variables import STATUS
@@ -87,6 +88,10 @@ class Measured:
             )
             for one in p.each
         ]
+        self._boxes = np.array([b.box for b in self._bodies])
+        self._dampings = np.array([b.damping for b in self._bodies])
+        self._carried = np.array([b.mass * b.carried for b in self._bodies])
+        self._to_modes = s.shapes.T @ s.mass
         self._structure, self._units, self._trajectory = s, units, trajectory
         self._window = Window(*map(float, window))
         self._forcing = drive.forcing
@@ -223,28 +228,23 @@ class Measured:
         moved = self._forced(sticks, force, (x, v, y, u))
         weigh = np.tile(weights, pieces) * step * self._units.time
         s, sums = self._structure, self._sums
-        to_modes = s.shapes.T @ s.mass
-        drags = (v @ to_modes.T) * (v @ s.damping @ s.shapes)
-        carried = np.array([b.mass * b.carried for b in self._bodies])
-        sums["work"] += float(weigh @ (force * (v @ self._push + u @ carried)))
+        drags = (v @ self._to_modes.T) * (v @ s.damping @ s.shapes)
+        sums["work"] += float(weigh @ (force * (v @ self._push + u @ self._carried)))
         sums["modes"] = sums["modes"] + weigh @ drags
         sums["energy"] = sums["energy"] + weigh @ s.mode_energies(x, v)
-        boxes, dampings = (
-            np.array([getattr(b, n) for b in self._bodies]) for n in ("box", "damping")
-        )
-        sums["ties"] = sums["ties"] + weigh @ ((u - v @ boxes.T) ** 2) * dampings
+        sums["ties"] = sums["ties"] + weigh @ ((u - v @ self._boxes.T) ** 2) * self._dampings
         fine = _finer(number)
         for k, ((name, _), values) in enumerate(zip(RESULTS_OF_POINTS, (x, v, moved), strict=True)):
             there = values @ self._points.T
             sums[name] = sums[name] + weigh @ there**2
             drawn = fine @ there.reshape(pieces, number, -1)
-            low_end, high_end = -_highest(-drawn), _highest(drawn)
-            self._peaks[k] = np.maximum(self._peaks[k], np.maximum(high_end, -low_end))
+            below, above = _highest(-drawn), _highest(drawn)
+            self._peaks[k] = np.maximum(self._peaks[k], np.maximum(above, below))
             if k == 0:
                 middle = start + 0.5 * (low + high)
                 cycle = math.floor(middle / self._trajectory.cycle)
                 if cycle < self._ranges.shape[1]:
-                    ends = np.array([high_end, -low_end])
+                    ends = np.array([above, below])
                     self._ranges[:, cycle] = np.maximum(self._ranges[:, cycle], ends)
 
     def _forced(
@@ -338,7 +338,7 @@ def measured(
     """
     from damper.sweep.events import Started
 
-    given = {"accuracy": 1e-12, "max_events": 1_000_000} | dict(engine or {})
+    given = {name: DEFAULTS[name] for name in ("accuracy", "max_events")} | dict(engine or {})
     trajectory = Started(parameters, state, values={}, **given).trajectory
     periods, time = trajectory.start
     window = Window(periods + cycles[0], time, cycles[1])

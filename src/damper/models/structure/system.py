@@ -212,7 +212,7 @@ def _in_modes(table, modes, squares, matrices, forces, gaps):
 
 @compiled
 def _react(model, table):
-    """What an impulse between a free mass and its box does to both."""
+    """Write into the table how an impulse between a free mass and its box moves both."""
     size, carried = int(table[HEAD, SIZE]), table[HEAD, CARRIED] != 0.0
     # No impulse moves what follows the force alone.
     moved, least = size - int(carried), math.inf
