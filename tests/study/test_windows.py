@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from studies import blame, load
+from studies import blame, cube_of, load
 
 import damper
+from damper.study import check
 from damper.sweep.record import settings_of
 
 POINT: dict[str, Any] = {
@@ -22,6 +23,8 @@ POINT: dict[str, Any] = {
     "force_amplitude": 1.0,
     "observers": {"response": {}, "impacts": {}, "trajectory": {}, "stroboscopic_section": {}},
 }
+SI = {n: POINT[n] for n in ("primary_mass", "damping", "free_mass", "gap", "force_amplitude")}
+SI |= {"stiffness": 200.0}
 SHAKEN = damper.Record([0.0, 0.4, 1.1, 2.3], [0.0, 3.0, -4.0, 0.0], of="base_acceleration")
 
 
@@ -112,11 +115,56 @@ observers: {trajectory: {start: 1, length: 2}}
 """
 
 
+ALONE = STUDY.replace("axes: {forcing_frequency: {values: [1, 2], unit: Hz}}", "")
+GIVEN = ALONE.replace("parameters: {", "parameters: {forcing_frequency: 1 Hz, ")
+
+
 def test_a_study_knows_its_shortest_and_longest_run(tmp_path: Path) -> None:
     study = load(tmp_path, STUDY)
     assert study.run == {"transient": 0, "periods": {"time": "end"}}
     assert study.contents.periods == pytest.approx(7.3)
     assert study.most_cycles == (0, pytest.approx(14.6))
+
+
+@pytest.mark.parametrize(
+    ("forcing", "clock"),
+    [
+        (SHAKEN, {"forcing_frequency": 2.0 * math.pi}),
+        ("none", {"forcing_frequency": 2.0 * math.pi, "force_amplitude": 0.0}),
+        (damper.Noise(1, 0.01, 5.0, (0.0, 30.0)), {"frequency_ratio": 1.0}),
+        ("none", {"frequency_ratio": 1.0}),
+    ],
+)
+def test_a_force_without_frequency_asks_for_none(forcing: Any, clock: dict[str, float]) -> None:
+    si = "forcing_frequency" in clock
+    numbers = SI if si else {"mass_ratio": 0.1, "damping_ratio": 0.1, "clearance": 0.1}
+    left_out = {n: v for n, v in numbers.items() if n not in clock} | {"restitution": 0.6}
+    kind = damper.SIParameters if si else damper.Parameters
+    assert kind(**left_out, forcing=forcing) == kind(**left_out, **clock, forcing=forcing)
+    run = {"transient": 1, "periods": 2, "initial_velocity": 0.3, "forcing": forcing}
+    assert damper.simulate(**left_out, **run).identical(damper.simulate(**left_out, **run, **clock))
+    one, other = (
+        damper.events(**left_out, **more, forcing=forcing, initial_velocity=0.3, until=4.0)
+        for more in ({}, clock)
+    )
+    assert len(one)
+    assert np.array_equal(one, other)
+    with pytest.raises(TypeError, match=f"missing .*{next(iter(clock))}"):
+        damper.simulate(**left_out, forcing="base")
+
+
+def test_a_study_of_a_record_counts_in_seconds(tmp_path: Path, capsys: Any) -> None:
+    study, own = load(tmp_path, ALONE), load(tmp_path, GIVEN, "given")
+    assert study.contents.periods == 7.3
+    assert cube_of(study).equals(cube_of(own))
+    note = "forcing_frequency is no more than the clock: a force of kind record has no frequency"
+    assert check.main([str(tmp_path / "study.yaml")]) == 0
+    assert note not in capsys.readouterr().out
+    check.main([str(tmp_path / "given.yaml")])
+    assert note in capsys.readouterr().out
+    # What has a frequency asks for it.
+    base = re.sub("forcing: .*", "forcing: base", ALONE).replace("time: end", "time: 9")
+    assert "'forcing_frequency' is not given" in blame(tmp_path, base)
 
 
 @pytest.mark.parametrize(

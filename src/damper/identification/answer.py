@@ -19,6 +19,7 @@ from damper.parameters import Parameters, SIParameters
 from damper.parameters.files import path_of
 from damper.parameters.forcing import forcing_of
 from damper.parameters.lazy import pd
+from damper.parameters.named import completed
 from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.tables import WALL_TABLES
@@ -41,11 +42,6 @@ _AT_END = 1e-4
 _PROFILE = (-2.0, 2.0)
 #: Samples in a period of the primary, below which a record is coarse.
 _COARSE = 10.0
-#: Free motion, where the machine says no more.
-_FREE: Mapping[bool, Mapping[str, Any]] = {
-    True: {"forcing": "none", "force_amplitude": 0.0, "forcing_frequency": math.tau},
-    False: {"forcing": "none", "frequency_ratio": 1.0},
-}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -182,16 +178,15 @@ def identify(
     recordings = _recordings(records, about, kind)
     if isinstance(free, str):
         raise TypeError(f"free = {free!r}: must be a list of names")
-    si = RecordedDamper.is_si(known)
     assumed = []
     if "forcing" not in known and not known.get("force_amplitude"):
-        known = {**_FREE[si], **known}
+        known = {"forcing": "none", **known}
         assumed.append("Nothing drives the machine: free motion.")
         started = [n for n in INITIAL_NAMES[:2] if _is_unknown(n, free, known, recordings)]
         if started:
             free = [*free, *started]
             assumed.append(f"No {' and no '.join(started)} is given: unknown as well.")
-    problem = RecordedDamper(known, recordings, list(free), starts, ranges)
+    problem = RecordedDamper(completed(known), recordings, list(free), starts, ranges)
     fitter = Fitter(problem)
     problem.check(fitter.start(0))
     return _answer(fitter, fitter.best(), assumed)

@@ -12,7 +12,7 @@ from functools import cached_property
 from importlib import import_module
 from typing import Any
 
-from damper.parameters.forcing import HARMONIC, check_force, read_forcing
+from damper.parameters.forcing import HARMONIC, check_force, left_out, read_forcing
 from damper.parameters.masses import changed_in, read_masses, value_in
 from damper.parameters.models import models_of
 from damper.parameters.names import OF_A_MASS_SI
@@ -120,7 +120,8 @@ class Parameters(QuantityClass):
     frequency_ratio: float = quantity(
         r"$\omega$",
         "frequency ratio",
-        definition="forcing frequency over sqrt(K/M)",
+        definition="forcing frequency over sqrt(K/M); 1 when left out under no force, a record or "
+        "noise, which have none",
         minimum=1e-3,
         maximum=LARGEST_FREQUENCY,
         from_si=lambda forcing_frequency, primary_mass, stiffness: (
@@ -353,6 +354,11 @@ class Parameters(QuantityClass):
             # Known without a look at each option: a run asks for both.
             self.__dict__.update(model="rigid", features=("rigid",), law="constant")
 
+    @classmethod
+    def left_out(cls, forcing: Any) -> Mapping[str, float]:
+        """Return what need not be given under a force, with its values."""
+        return left_out(read_forcing(forcing), si=False)
+
     def _check_each(self) -> None:
         """Check what each of several masses comes to."""
         if self.masses is None:
@@ -543,14 +549,15 @@ class SIParameters(QuantityClass, shares=Parameters):
         "amplitude of the force",
         "N",
         definition="0 is free motion; that of a base's motion is in m, of its acceleration in "
-        "m/s2, of an unbalance in kg m",
+        "m/s2, of an unbalance in kg m; need not be given without a force",
         minimum=0.0,
     )
     forcing_frequency: float = quantity(
         r"$\Omega$",
         "angular forcing frequency",
         "rad/s",
-        definition="2 pi times that in Hz",
+        definition="2 pi times that in Hz; 1 Hz when left out under no force, a record or noise, "
+        "which have none: a cycle is a second",
         minimum=0.0,
         above=True,
     )
@@ -674,6 +681,11 @@ class SIParameters(QuantityClass, shares=Parameters):
                 "along the box; give it in m/s2, 9.81 on the earth"
             )
         self.dimensionless  # noqa: B018 - raises unless the scaled values are allowed, too
+
+    @classmethod
+    def left_out(cls, forcing: Any) -> Mapping[str, float]:
+        """Return what need not be given under a force, with its values."""
+        return left_out(read_forcing(forcing), si=True)
 
     @classmethod
     def of(

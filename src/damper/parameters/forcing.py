@@ -34,7 +34,7 @@ class Forcing:
     repeats: ClassVar[bool] = True
     """Whether it is the same again after a cycle of the clock."""
     has_phase: ClassVar[bool] = True
-    """Whether `Parameters.phase` turns it."""
+    """Whether it has a frequency, and `Parameters.phase` turns it."""
 
     @property
     def is_odd(self) -> bool:
@@ -327,7 +327,8 @@ class Record(_Sampled):
     """A force, or the base's acceleration, that is linear between its samples.
 
     There is none before the first sample. Under an acceleration of the base x and y are relative
-    to it. The cycle 2 pi / frequency_ratio is no more than the unit in which a study counts time.
+    to it. It has no frequency: a cycle, in which a study counts, is 2 pi sqrt(M/K), or a second
+    with `SIParameters`, unless a frequency is given as a clock.
 
     Parameters
     ----------
@@ -719,6 +720,24 @@ def force_text(settings: Mapping[str, Any], si: bool = False) -> str:
                 units = _UNITS.get(name, "") if si else ""
                 words.append(f"{text} samples" if name == "samples" else f"{name} {text}{units}")
     return ", ".join(words)
+
+
+def left_out(forcing: Forcing, si: bool) -> dict[str, float]:
+    """Return what need not be given under a force, with its values.
+
+    A force without a frequency leaves the clock free: a cycle is a second, or 2 pi sqrt(M/K).
+
+    Examples
+    --------
+    >>> left_out(Harmonic(), True), left_out(NoForce(), False)
+    ({}, {'frequency_ratio': 1.0})
+    """
+    if forcing.has_phase:
+        return {}
+    if not si:
+        return {"frequency_ratio": 1.0}
+    none = {"force_amplitude": 0.0} if isinstance(forcing, NoForce) else {}
+    return {"forcing_frequency": math.tau, **none}
 
 
 def check_force(

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from damper.parameters.dampers import Parameters, SIParameters
 from damper.parameters.masses import changed_in, split, value_in, with_own
 from damper.parameters.names import OF_ANY_MASS, unknown_name
-from damper.parameters.quantities import INITIAL_NAMES, is_si, of_a_mass
+from damper.parameters.quantities import INITIAL_NAMES, SI_ONLY, is_si, of_a_mass
 from damper.parameters.quantity import Quantity, check_needs
 from damper.parameters.tables import TABLE_SPEED, WALL_TABLES, tables_over
 
@@ -68,6 +68,20 @@ def rates_of(parameters: Parameters | SIParameters, name: str) -> dict[str, floa
     """As `SIParameters.rates`; the numbers of a force have no units."""
     own = parameters.forcing.numbers
     return {name: 1.0} if name in own else parameters.rates(name)
+
+
+def completed(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by name with those that need not be given under their force.
+
+    Examples
+    --------
+    >>> completed({"clearance": 1.0, "forcing": "none"})
+    {'frequency_ratio': 1.0, 'clearance': 1.0, 'forcing': 'none'}
+    """
+    if "forcing" not in values:
+        return dict(values)
+    kind = Parameters if SI_ONLY.isdisjoint(values) else SIParameters
+    return {**kind.left_out(values["forcing"]), **values}
 
 
 # The points of a study all have the same names.

@@ -261,6 +261,11 @@ class QuantityClass:
         cls._init(made, **values)
         return made
 
+    @classmethod
+    def left_out(cls, forcing: Any) -> Mapping[str, float]:
+        """Return what need not be given under a force, with its values."""
+        return {}
+
     def check_each(self) -> bool:
         """Check every value in place; return whether an option is given."""
         values, options = self.__dict__, False
@@ -280,6 +285,10 @@ def _check_names(kind: type[QuantityClass]) -> None:
 
     @wraps(plain)
     def init(self: Any, *values: Any, **named: Any) -> None:
+        if "forcing" in named:
+            at = [f.name for f in fields(kind)][: len(values)]  # type: ignore[arg-type]
+            free = kind.left_out(named["forcing"])
+            named = {n: v for n, v in free.items() if n not in at} | named
         try:
             plain(self, *values, **named)
         except TypeError:

@@ -212,8 +212,8 @@ class StructureParameters(QuantityClass, shares=SIParameters):
         r"$\Omega$",
         "angular forcing frequency",
         "rad/s",
-        definition="2 pi times that in Hz; under a force without frequency the unit in which "
-        "cycles are counted, the lowest natural one when left out",
+        definition="2 pi times that in Hz; 1 Hz when left out under no force, a record or noise, "
+        "which have none: a cycle is a second",
         minimum=0.0,
         above=True,
         default=None,
@@ -305,14 +305,9 @@ class StructureParameters(QuantityClass, shares=SIParameters):
             values["force_amplitude"] = 0.0
         missing: list[str] = [] if self.force_amplitude is not None else ["force_amplitude"]
         if self.forcing_frequency is None:
-            # The frequency of free motion and of records is no more than the unit of cycles.
             if force.has_phase and self.force_amplitude != 0.0:
                 missing.append("forcing_frequency")
-            else:
-                rate = _lowest_rate(self.structure)
-                if not rate:
-                    raise ValueError("forcing_frequency is missing: the structure has no stiffness")
-                values["forcing_frequency"] = rate
+            values["forcing_frequency"] = math.tau  # no more than the unit of cycles
         if missing:
             raise TypeError(
                 f"missing parameters: {', '.join(missing)}; or forcing='none' for free motion"

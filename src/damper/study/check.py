@@ -84,6 +84,15 @@ def _notes(study: Any) -> Iterator[str]:
             f"runs end at {length:g} ({transient:g} + {periods:g} cycles), before "
             f"their {study.force.kind} does, at {study.force.end:g}"
         )
+    given = [name for section in study.sections.values() for name in section]
+    clock = [name for name in ("forcing_frequency", "frequency_ratio") if name in given]
+    if clock and not study.force.has_phase:
+        yield (
+            f"{clock[0]} is no more than the clock: a force of kind {study.force.kind} has no "
+            "frequency. Without it a cycle is a second (2 pi sqrt(M/K) in a study without SI "
+            "units): then transient, periods, start and length are in s, and so many "
+            "samples_per_period a second"
+        )
     if layout := getattr(study.force, "layout", ""):
         yield (
             f"the file of its record has {layout} (forcing.columns, delimiter, step and factor may "

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from damper.parameters import Parameters
-from damper.parameters.forcing import EACH_DRAW, HARMONIC, Forcing, force_text
+from damper.parameters.forcing import EACH_DRAW, HARMONIC, Forcing, force_text, left_out
 from damper.parameters.masses import MOST_MASSES, own_values, split
 from damper.parameters.models import models_of
 from damper.parameters.named import damper_of
@@ -184,15 +184,26 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     def in_hertz(self) -> dict[str, tuple[float, ...]]:
         """Values of every frequency that is given in Hz, as given; none of drawn ones."""
         entries = {n: entry for named in self.sections.values() for n, entry in named.items()}
-        return {name: entry.given for name, entry in entries.items() if entry.unit}
+        found = {name: entry.given for name, entry in entries.items() if entry.unit}
+        return found | (
+            {"forcing_frequency": (1.0,)} if "forcing_frequency" in self.left_out else {}
+        )
 
     @cached_property
     def fixed(self) -> dict[str, float]:
         """Value of every parameter that is neither axis nor drawn, the phase included."""
         given = self.numbers | self.own
-        values = {"phase": 0.0} | {name: fixed.number for name, fixed in given.items()}
+        values = {"phase": 0.0, **self.left_out}
+        values |= {name: fixed.number for name, fixed in given.items()}
         varied = {*self.axes, *self.draws}
         return {name: values[name] for name in quantities_in(values) if name not in varied}
+
+    @cached_property
+    def left_out(self) -> dict[str, float]:
+        """What is not given as a force without a frequency does not ask for it, with its values."""
+        given = {name for section in self.sections.values() for name in section}
+        found = left_out(self.force, not SI_ONLY.isdisjoint(given))
+        return {name: value for name, value in found.items() if name not in given}
 
     @property
     def numbers(self) -> dict[str, Fixed]:

@@ -297,7 +297,7 @@ def _given_once(study: Study, mistakes: Mistakes) -> bool:
     missing = [
         quantity
         for quantity in (SI_QUANTITIES if si else QUANTITIES)
-        if quantity.name not in {*given, *every} and quantity.default is None
+        if quantity.name not in {*given, *every, *study.left_out} and quantity.default is None
         # With a table, or one in a mass, the damper itself is asked.
         if not (quantity.unless and "tables" in study.beside)
     ]

@@ -13,6 +13,7 @@ import xarray as xr
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import HARMONIC, Forcing, read_forcing
 from damper.parameters.masses import listed, own_values
+from damper.parameters.named import completed
 from damper.parameters.names import OF_ANY_MASS, unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si, ordered
 from damper.parameters.quantity import filled, real
@@ -183,6 +184,8 @@ def simulate(
         if isinstance(given.get(name), float) and None not in each and given[name] == each[0]:
             del given[name]
     force = read_forcing(forcing)
+    given = completed(given | {"forcing": force})
+    del given["forcing"]
     random = _checked_starts(initial, draws, given, state)
     values = {"phase": 0.0} | given
     quantities = {name: values[name] for name in ordered(values) if name not in random}

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from damper.models import box_motion
 from damper.models.walls import slack
 from damper.parameters import Parameters, SIParameters, State, Units
-from damper.parameters.named import arguments, damper_of, language
+from damper.parameters.named import arguments, completed, damper_of, language
 from damper.parameters.quantities import ALL, check_quantity
 from damper.parameters.state import require_state
 from damper.parameters.structural import StructureParameters
@@ -164,7 +164,7 @@ def one_run(
         require_parameters(parameters)
     if not values:
         return parameters, state
-    values = (parameters.given if parameters else {}) | dict(values)
+    values = completed((parameters.given if parameters else {}) | dict(values))
     _, _, _, initial = language(tuple(values))
     if initial and state:
         raise ValueError("state stands alone: no initial quantities beside it")
