@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scenes import scene_of
 from scipy.optimize import brentq
 
 from damper import Base, Parameters, SIParameters, State, events, simulate
@@ -270,6 +271,15 @@ def test_extreme_runs_keep_the_laws(name: str) -> None:
     assert not broken(found).any()
     assert found["not_finite"] == 0
     assert found["status"] != 2
+
+
+def test_a_sequence_on_one_wall_ends_before_a_slide_that_its_impacts_reverse() -> None:
+    """In many digits the slide ends some 1e-27 after mass 1 sticks, at the same time in doubles."""
+    values, state = scene_of("several, grounded, sliding", "none", 306)
+    found = events(Parameters(**values), State(*state), until=1.3229)
+    [stick] = np.flatnonzero((found["kind"] == STICK) & (found["body"] == 1))
+    assert found[["kind", "body"]][stick - 1 :].tolist() == [(REVERSAL, 0), (STICK, 1), (REST, 0)]
+    assert found["time"][stick + 1] == pytest.approx(found["time"][stick], abs=1e-14)
 
 
 # --- units of measure, and what is refused

@@ -85,7 +85,8 @@ def _fading(model, s):
         largest = max(largest, own + m.friction)
     slow = largest * longest
     if not _face(bodies, slow, longest):
-        # On one wall their sequences complete, unless friction lets others rest between impacts.
+        # On one wall a sequence completes by itself, and before speeds are as low as this. Where
+        # friction lets others rest between its impacts, it may not complete.
         slow *= longest if np.any(model.masses[:, FRICTION] > 0.0) else 0.0
     any_hits = False
     for k in range(len(bodies)):
