@@ -19,8 +19,8 @@ from damper import Parameters, events
 ROOT = Path(__file__).parents[1]
 EXTENDING = (ROOT / "docs/extending.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", EXTENDING, re.DOTALL)
-OBSERVER, OBSERVED, FIGURE, TABLE, RUN_SETTING, LAW, QUANTITY, SI_QUANTITY, WITH_LAW = BLOCKS[:-4]
-FORCE, WITH_FORCE, STUDY_SETTINGS, STUDY_JOBS = BLOCKS[-4:]
+OBSERVER, OBSERVED, FIGURE, TABLE, RUN_SETTING, LAW, QUANTITY, SI_QUANTITY, WITH_LAW = BLOCKS[:9]
+OFFSET, SI_OFFSET, PULL, FORCE, BOX, WITH_FORCE, STUDY_SETTINGS, STUDY_JOBS = BLOCKS[9:]
 (FIGURES,) = re.findall(r"```yaml\n(.*?)```", EXTENDING, re.DOTALL)
 
 
@@ -48,6 +48,16 @@ def copy(tmp_path_factory):
     dampers = package / "parameters/dampers.py"
     insert(dampers, "    yield_speed: float = quantity(", QUANTITY)
     insert(dampers, "    yield_speed: float = shared(", SI_QUANTITY)
+    insert(dampers, "    support_damping_ratio: float = quantity(", OFFSET)
+    insert(dampers, "    support_damping: float = quantity(", SI_OFFSET)
+    insert(dampers, "        return self.gravity\n", PULL)
+    names = package / "parameters/names.py"
+    insert(names, '    *("mass_share", "clearance_factor"),\n', '    "support_offset",\n')
+    insert(
+        names,
+        '    *("yield_speed", "yield_exponent", "support_stiffness", "supp',
+        '    "support_offset",\n',
+    )
     before = "\n\n@dataclass(frozen=True, kw_only=True)\nclass EngineSettings"
     insert(package / "parameters/run.py", before, RUN_SETTING)
     insert(package / "sweep/runs.py", ", time, length)", " + settings.pause")
@@ -247,6 +257,41 @@ print(json.dumps([worst, impacts, bool(same)]))
     assert "compliant contact has a constant restitution" in compliant
 
 
+def test_constant_of_a_mass_is_a_declaration_and_where_it_acts(copy):
+    """A weight, of one mass as of each of several, also in SI units; refused without support."""
+    check = """
+import json
+from damper import Parameters, SIParameters, events, simulate
+given = dict(mass_ratio=0.125, damping_ratio=0.05, frequency_ratio=0.8, clearance=0.25,
+             restitution=0.6, support_stiffness_ratio=0.0625)
+alike = []
+for one, other in (
+    ({"support_offset": -0.5}, {"gravity": 0.25}),
+    ({"masses": [{}, {"support_offset": -0.5}]}, {"masses": [{}, {"gravity": 0.25}]}),
+):
+    p, q = Parameters(**given, **one), Parameters(**given, **other)
+    found = events(p, until=60.0)
+    alike += [len(found), found.tobytes() == events(q, until=60.0).tobytes()]
+si = SIParameters.of(p, 2.0, 200.0, 10.0)
+si = SIParameters(**si.given)
+alike.append(abs(dict(si.dimensionless.masses[1])["support_offset"] + 0.5) < 1e-15)
+cube = simulate(**given, masses=[{}, {}], support_offset_1=[0.0, -0.5], transient=0, periods=2,
+                observers=["response"])
+alike.append(float(abs(cube.energy_residual).max()) < 1e-12)
+del given["support_stiffness_ratio"]
+try:
+    Parameters(**given, support_offset=0.1)
+except ValueError as error:
+    print(error)
+print(json.dumps(alike))
+"""
+    message, last = run(copy, check).splitlines()
+    assert "support_offset without support_stiffness_ratio" in message
+    count, same, count_of_two, same_of_two, scaled, balanced = json.loads(last)
+    assert min(count, count_of_two) > 20
+    assert [same, same_of_two, scaled, balanced] == [True] * 4
+
+
 def test_kind_of_study_needs_no_rule(copy, tmp_path):
     """Its parts run by the rules of all kinds; what is damaged or edited is made again."""
     project = copy_project(tmp_path)
@@ -275,7 +320,7 @@ def test_kind_of_study_needs_no_rule(copy, tmp_path):
 
 def test_a_force_is_one_file(tmp_path):
     """Its events are those of a record with small steps; what it cannot do is refused."""
-    (tmp_path / "decaying_push.py").write_text(FORCE)
+    (tmp_path / "decaying_push.py").write_text(FORCE + "\n\n" + BOX)
     check = """
 from dataclasses import replace
 import numpy as np
@@ -292,6 +337,13 @@ cube = damper.simulate(
     **given, forcing=DecayingPush(0.4), observers={"response": {}}, transient=0, periods=3
 )
 print(abs(float(cube.energy_residual)) < 1e-12)
+found = damper.events(box, damper.State(1.0, 0.0, 0.9, 0.0), until=20.0)
+time, side = found["time"], found["side"]
+print(len(found) >= 3, abs(found["x"] - np.exp(-0.4 * time)).max() < 1e-15)
+walls = found["x"] + 0.3 * side
+before = np.diff(walls) / np.diff(time)
+speed = side[1:] * (before - found["v"][1:])
+print(abs(speed - found["approach_speed"][1:]).max() < 1e-12)
 soft = {"modulation_depth": 0.0, "contact_stiffness_ratio": 1e3}
 for refused in (
     lambda: damper.periodic_orbit(parameters),
@@ -307,6 +359,7 @@ for refused in (
     code = [sys.executable, "-c", WITH_FORCE + check]
     done = subprocess.run(code, capture_output=True, text=True, env=environment, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    *_, rigid, grounded, varying, balance, orbit, compliant = done.stdout.splitlines()
+    *_, rigid, grounded, varying, balance, box, speeds, orbit, compliant = done.stdout.splitlines()
+    assert (box, speeds) == ("True True", "True")
     assert (rigid, grounded, varying) == ("True True True",) * 3
     assert (balance, orbit, compliant) == ("True", "ValueError", "TypeError")

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine.bodies import Ballistic, FixedStop, Prescribed
+from damper.engine.forcing import second_derivative
 from damper.engine.forcing.harmonic import harmonic
 from damper.engine.oscillator import Oscillator, oscillator
 from damper.parameters import Parameters
@@ -50,15 +51,15 @@ def free_mass_of(
     if p.mass_ratio == math.inf:
         return FixedStop(primary)
     if p.carrier:
-        return Ballistic(0.0 - p.gravity)
+        return Ballistic(0.0 - p.pull)
     if p.support_damping_ratio or p.support_stiffness_ratio:
         damping = p.support_damping_ratio / p.mass_ratio
         stiffness = p.support_stiffness_ratio / p.mass_ratio
         # Without a spring the support is its dashpot alone; an oscillator needs some stiffness.
-        return weighed(damping, stiffness or 1e-100, strength, drive.forcing, -p.gravity)
+        return weighed(damping, stiffness or 1e-100, strength, drive.forcing, -p.pull)
     if drive.share:
-        return weighed(0.0, 0.0, strength, drive.forcing, -p.gravity)
-    return Ballistic(0.0 - p.gravity)  # no gravity is no negative zero
+        return weighed(0.0, 0.0, strength, drive.forcing, -p.pull)
+    return Ballistic(0.0 - p.pull)  # no gravity is no negative zero
 
 
 def drive_of(parameters: Parameters) -> Drive:
@@ -76,25 +77,9 @@ def primary_of(parameters: Parameters, drive: Drive) -> Any:
 
         force = WeighedForce(drive.forcing, -drive.amplitude, 0.0)
         return oscillator(0.0, 0.0, 1.0, force)
-    strength, force = _acceleration_of(drive)
+    strength, force = second_derivative(drive.forcing, drive.amplitude)
     made = oscillator(0.0, 0.0, strength, force)._asdict()
     return Prescribed(**made, place=drive.forcing, size=drive.amplitude)
-
-
-def _acceleration_of(drive: Drive) -> tuple[float, Any]:
-    """Strength and function of the second derivative of a force's function."""
-    from damper.engine.forcing.harmonics import SumOfHarmonics
-    from damper.engine.forcing.none import ZeroForce
-    from damper.engine.forcing.weighed import WeighedForce
-
-    force = drive.forcing
-    if isinstance(force, ZeroForce):
-        return 0.0, force
-    if isinstance(force, SumOfHarmonics):
-        factor = -((force.omega * np.arange(1.0, len(force.sine) + 1.0)) ** 2)
-        turned = force._replace(sine=factor * force.sine, cosine=factor * force.cosine)
-        return drive.amplitude, turned
-    return 1.0, WeighedForce(force, -drive.amplitude * force.omega**2, 0.0)
 
 
 @singledispatch

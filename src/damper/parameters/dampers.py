@@ -432,6 +432,11 @@ class Parameters(QuantityClass):
         return any(one.friction for one in self.each)
 
     @property
+    def pull(self) -> float:
+        """Constant acceleration of the free mass to the left wall: gravity."""
+        return self.gravity
+
+    @property
     def hits_stop(self) -> bool:
         """Whether the free mass is a fixed stop."""
         return self.masses is None and self.mass_ratio == math.inf

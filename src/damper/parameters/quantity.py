@@ -310,7 +310,8 @@ def _quantity_of(field: Field[Any], known: Mapping[str, Quantity]) -> Quantity:
         default = None if "unless" in field.metadata else default
         return Quantity(field.name, default=default, option=bool(field.kw_only), **field.metadata)
     same = known[field.name]
-    return replace(same, units=SI_UNITS.get(same.units, same.units))
+    needs = same.needs and known[same.needs].si_names[0]
+    return replace(same, units=SI_UNITS.get(same.units, same.units), needs=needs)
 
 
 def filled(text: str | None, quantities: Iterable[Quantity], kind: str = "float") -> str:

@@ -112,7 +112,7 @@ def _engine_part(p: Parameters) -> str:
     words = [kind, getattr(force, "of", getattr(force, "frame", None))]
     if words in (["harmonic", None], ["base", "ground"]):
         words = []
-    beside = "weight" if any(one.gravity for one in p.each) else None
+    beside = "weight" if any(one.pull for one in p.each) else None
     if p.model == "several" and p.rubs:
         beside = "friction"
     return "_".join(["engine", *filter(None, [*words, beside])])

@@ -5,6 +5,7 @@ each. It is a shape; an oscillator's `strength` is what that is multiplied by. A
 another such file: docs/extending.md adds one.
 """
 
+from functools import singledispatch
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +27,15 @@ class FreeFlow(NamedTuple):
     s: float
     s_less_tau: float
     s_dot_less_1: float
+
+
+@singledispatch
+def second_derivative(forcing: Any, amplitude: float) -> tuple[float, Any]:
+    """Return strength and force that are the second derivative of an amplitude times a force.
+
+    A box whose motion is the force's function has it as acceleration. Never compiled.
+    """
+    raise TypeError(f"second_derivative is not implemented for {type(forcing).__name__}")
 
 
 @by_class

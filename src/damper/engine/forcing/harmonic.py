@@ -49,6 +49,13 @@ def harmonic(omega: float, phase: float) -> HarmonicForce:
     return HarmonicForce(omega, math.atan2(math.sin(phase), math.cos(phase)))
 
 
+@declared.second_derivative.register
+def _second_derivative(forcing: HarmonicForce, amplitude: float) -> tuple[float, Any]:
+    from damper.engine.forcing.weighed import WeighedForce
+
+    return 1.0, WeighedForce(forcing, -amplitude * forcing.omega**2, 0.0)
+
+
 @declared.repeats.of(HarmonicForce)
 def _repeats(forcing):
     return True

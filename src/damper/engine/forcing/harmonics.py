@@ -8,7 +8,7 @@ Sines and cosines of k theta follow from those of theta by a recurrence.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,6 +39,12 @@ class Gains(NamedTuple):
 def harmonics(omega: float, phase: float, sine: np.ndarray, cosine: np.ndarray) -> SumOfHarmonics:
     """Make a sum of harmonics; the last one must not vanish."""
     return SumOfHarmonics(omega, math.atan2(math.sin(phase), math.cos(phase)), sine, cosine)
+
+
+@declared.second_derivative.register
+def _second_derivative(forcing: SumOfHarmonics, amplitude: float) -> tuple[float, Any]:
+    factor = -((forcing.omega * np.arange(1.0, len(forcing.sine) + 1.0)) ** 2)
+    return amplitude, forcing._replace(sine=factor * forcing.sine, cosine=factor * forcing.cosine)
 
 
 # The angle of the first harmonic is all that moves.

@@ -1,7 +1,7 @@
 """No force: free motion."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,11 @@ class ZeroForce(NamedTuple):
     """No force at all."""
 
     value: float
+
+
+@declared.second_derivative.register
+def _second_derivative(forcing: ZeroForce, amplitude: float) -> tuple[float, Any]:
+    return 0.0, forcing
 
 
 @declared.repeats.of(ZeroForce)

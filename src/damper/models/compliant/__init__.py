@@ -153,7 +153,7 @@ def _alike(parameters: Parameters, law: Any, accuracy: float) -> Compliant:
         forcing,
         amplitude,
         share,
-        p.gravity,
+        p.pull,
     )
     split = split_of(contact)
     ending = np.array([0.0, 0.0, -1.0, 0.0])

@@ -132,7 +132,7 @@ def _joined(p: Parameters, drive: Drive) -> Oscillator:
     heavier = 1.0 + p.mass_ratio
     damping, stiffness = p.damping_ratio + p.support_damping_ratio, 1.0 + p.support_stiffness_ratio
     strength = drive.amplitude * (1.0 + p.mass_ratio * drive.share) / heavier
-    pull = -p.mass_ratio * p.gravity / heavier
+    pull = -p.mass_ratio * p.pull / heavier
     return weighed(damping / heavier, stiffness / heavier, strength, drive.forcing, pull)
 
 

@@ -224,7 +224,7 @@ def prepare(
     drive = drive_of(p)
     masses = np.array(
         [
-            (q.mass_ratio, q.clearance, q.gravity, m.stiffness, m.damping, *q.restitutions)
+            (q.mass_ratio, q.clearance, q.pull, m.stiffness, m.damping, *q.restitutions)
             for q, m in zip(each, [one.mass for one in ones], strict=True)
         ]
     )

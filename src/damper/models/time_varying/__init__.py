@@ -47,11 +47,11 @@ def prepare(parameters: Parameters, law: Any, accuracy: float) -> TimeVarying:
     """Constants of one run."""
     p = parameters
     made = masses.prepare(p, law, accuracy)
-    if p.gravity:
+    if p.pull:
         # A weight that varies does work on the way, not by the speed at impacts alone.
         drive = drive_of(p)
         strength = drive.share * drive.amplitude
-        made = made._replace(mass=weighed(0.0, 0.0, strength, drive.forcing, -p.gravity))
+        made = made._replace(mass=weighed(0.0, 0.0, strength, drive.forcing, -p.pull))
     return TimeVarying(
         *made[:8],
         mass_law(

@@ -378,7 +378,7 @@ class OrbitPoint:
             # Beside a fixed stop, between walls that differ, with one wall, under gravity, of a
             # mass of its own period, or under a force that is not its own opposite half a cycle
             # later, the mirror image is not.
-            alike = all(len(set(one.restitutions)) == 1 and not one.gravity for one in p.each)
+            alike = all(len(set(one.restitutions)) == 1 and not one.pull for one in p.each)
             alike = alike and not p.walls
             odd = p.forcing.is_odd and p.model != "time_varying" and alike
             return odd and (bool(self.equation.idle) or bool(np.all(self.equation.leaders >= 0)))
