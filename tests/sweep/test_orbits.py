@@ -266,6 +266,19 @@ def test_a_list_of_masses_that_rub_is_the_damper_with_friction(name: str) -> Non
         orbit.sensitivity("friction_1")
 
 
+def test_masses_in_one_state_with_unlike_supports_do_not_move_in_step() -> None:
+    """Both rest on one wall throughout; in step their supports would have no derivatives."""
+    p = replace(TWO_IMPACTS, gravity=9.0, masses=[{}, {"support_stiffness_ratio": 0.004}])
+    rest = State(0.0, 0.0, [-p.clearance] * 2, [0.0] * 2)
+
+    def start(way: float) -> np.ndarray:
+        changed = with_values(p, {"support_stiffness_ratio_1": 0.004 + way})
+        return periodic_orbit(changed, state=rest).start
+
+    found = periodic_orbit(p, state=rest).sensitivity("support_stiffness_ratio_1")
+    np.testing.assert_allclose(found, five_points(start, 1e-4), rtol=1e-6, atol=1e-7)
+
+
 @pytest.mark.parametrize(("clearance", "friction"), [(5.0, 0.0), (1.0, 0.5)])
 def test_an_orbit_in_the_frame_of_the_base(clearance: float, friction: float) -> None:
     """It differs by the base's own motion, (0, omega) at time 0, and so does each derivative."""

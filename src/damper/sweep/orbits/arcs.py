@@ -209,7 +209,11 @@ def leaders(parameters: Parameters, start: np.ndarray) -> np.ndarray:
         return found
     first: dict[Any, int] = {}
     for k, one in enumerate(parameters.each):
-        of_mass = one.clearance, one.restitutions, one.gravity, one.friction
+        # A support moves a mass by its ratio to that; without mass there is no support.
+        ratio = one.mass_ratio or 1.0
+        supports = one.support_stiffness_ratio / ratio, one.support_damping_ratio / ratio
+        walls = one.clearance, one.tables, one.yield_speed, one.yield_exponent
+        of_mass = *walls, *supports, one.pull, one.friction
         alike = *of_mass, *start[2 + 2 * k : 4 + 2 * k]
         leader = first.setdefault(alike, k)
         found[2 + 2 * k : 4 + 2 * k] = 2 + 2 * leader, 3 + 2 * leader
