@@ -4,16 +4,18 @@ import inspect
 import math
 from importlib import import_module
 from itertools import combinations, pairwise
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from cases import thinned
 from event_pairs import log_of
 from new_process import in_new_process
 from scenes import MODELS as OF_ONE
 from scenes import QUIET as SCENE
 
-from damper import Parameters, State, equal_masses, events, simulate
+from damper import Parameters, State, equal_masses, events, periodic_orbit, simulate
 from damper.engine.forcing import derivative_of, phase_at
 from damper.engine.model import mass_ratio_at
 from damper.engine.segment import (
@@ -34,8 +36,9 @@ from damper.engine.segment import (
 )
 from damper.models import start_run
 from damper.models.forces import drive_of
+from damper.observers import OBSERVERS, observer_class
 from damper.observers.common.laws import broken
-from damper.parameters.forcing import Base, Harmonics, Record
+from damper.parameters.forcing import Base, Harmonics, NoForce, Noise, Record, Unbalance
 from damper.parameters.models import ON_PRIMARY
 from damper.sweep.runs import run_points
 
@@ -390,32 +393,94 @@ def test_nothing_is_assumed_of_what_does_not_say(name: str, function: Any) -> No
             function(*arguments)
 
 
-#: Features of a damper with one parameter each; two of them make a pair.
+# --- which features combine
+
+#: Features of a damper by their names in docs/models.md; two of them make a pair.
 FEATURES: dict[str, dict[str, Any]] = {
     "gravity": {"gravity": 0.1},
-    "differing walls": {"restitution_left": 0.5},
+    "walls that differ": {"restitution_left": 0.5},
+    "r = 0": {"restitution": 0.0},
+    "r = 1": {"restitution": 1.0},
     "yielding walls": {"yield_speed": 0.05},
+    "table": {"restitution": math.inf, "restitution_table": [(0.01, 0.4), (1.0, 0.3)]},
+    "one wall": {"walls": "left"},
     "support": {"support_stiffness_ratio": 0.02},
     "friction": {"friction": 0.01},
     "masses": {"masses": [{}, {"clearance": 0.3}]},
-    "compliant": {"contact_stiffness_ratio": 1e4},
-    "time-varying": {"modulation_depth": 0.2},
+    "compliant contact": {"contact_stiffness_ratio": 1e4},
+    "time-varying mass": {"modulation_depth": 0.2},
+    "mass ratio 0": {"mass_ratio": 0.0},
+    "fixed stop": {"mass_ratio": math.inf},
+    "prescribed box": {"mass_ratio": 0.0, "damping_ratio": 0.0, "carrier": "prescribed"},
+    "no force": {"forcing": NoForce()},
+    "harmonics": {"forcing": Harmonics((1, 2), (1.0, 0.5))},
+    "unbalance": {"forcing": Unbalance()},
+    "base in the ground's frame": {"forcing": Base("ground")},
+    "base in its own frame": {"forcing": Base("base")},
+    "record of a force": {"forcing": Record([0, 1, 30], [1, 2, -1], after="hold")},
+    "record of the base": {"forcing": Record([0, 5, 30], [1, -2, 1], of="base_acceleration")},
+    "noise": {"forcing": Noise(3, 0.2, 60.0, (0.4, 2.5))},
 }
-#: Pairs that docs/models.md lists as refused.
-REFUSED = (
-    *((name, "compliant") for name in ("yielding walls", "support", "friction", "masses")),
-    *((name, "time-varying") for name in ("support", "friction", "masses", "compliant")),
-)
+#: Features that the same parameter makes are no pair.
+PAIRS = [(a, b) for a, b in combinations(FEATURES, 2) if not {*FEATURES[a]} & {*FEATURES[b]}]
 
 
-@pytest.mark.parametrize(("one", "other"), [*combinations(FEATURES, 2)])
+def refused_in_docs(heading: str) -> set[tuple[str, str]]:
+    """Pairs of names in a table of docs/models.md, from its first two columns."""
+    _, _, text = (Path(__file__).parents[2] / "docs/models.md").read_text().partition(heading)
+    rows = [row.split("|")[1:3] for row in text.partition("\n\n")[0].splitlines()[2:]]
+    return {
+        (one.strip(" `"), other.strip())
+        for ones, others in rows
+        for one in ones.split(",")
+        for other in others.split(",")
+    }
+
+
+REFUSED = refused_in_docs("| feature | refused with | why |")
+REFUSED_BY = refused_in_docs("| asks | refused with | why |")
+
+
+def test_the_tables_in_docs_name_features() -> None:
+    assert {name for pair in REFUSED for name in pair} <= {*FEATURES}
+    assert {name for _, name in REFUSED_BY} <= {*FEATURES}
+    assert {name for name, _ in REFUSED_BY} <= {*OBSERVERS, "periodic_orbit"}
+    assert all({pair, pair[::-1]} & {*PAIRS} for pair in REFUSED)
+
+
+def is_often(pair: tuple[str, str]) -> bool:
+    return "forcing" not in FEATURES[pair[1]] or pair in REFUSED or pair[::-1] in REFUSED
+
+
+@pytest.mark.parametrize(("one", "other"), thinned(PAIRS, is_often))
 def test_two_features_combine_or_are_refused(one: str, other: str) -> None:
-    """No law of the model is broken; a refusal names a parameter of each."""
+    """No law of the model is broken; a refusal names a parameter of the pair."""
     values = SCENE | FEATURES[one] | FEATURES[other]
-    if (one, other) in REFUSED:
+    if {(one, other), (other, one)} & REFUSED:
         with pytest.raises(ValueError, match="|".join((*FEATURES[one], *FEATURES[other]))):
             Parameters(**values)
         return
-    arrays, _ = run_points([values], {"laws": {}}, transient=0, periods=1)
+    observer = "bursts" if "prescribed box" in (one, other) else "laws"
+    arrays, _ = run_points([values], [observer], transient=0, periods=1)
     assert arrays["status"][0] == 0
-    assert not broken(arrays).any()
+    assert observer == "bursts" or not broken(arrays).any()
+
+
+@pytest.mark.parametrize("observer", OBSERVERS)
+def test_what_an_observer_asks_a_feature_has_or_is_refused(observer: str) -> None:
+    for name, given in FEATURES.items():
+        settings = {}
+        if name == "masses" and "bodies" in observer_class(observer).settings:
+            settings = {"bodies": [0, 1]}
+        ask = {"transient": 0, "periods": 1, "max_events": 2}
+        if (observer, name) in REFUSED_BY:
+            with pytest.raises(ValueError, match=f"^{observer}"):
+                run_points([SCENE | given], {observer: settings}, **ask)
+        else:
+            run_points([SCENE | given], {observer: settings}, **ask)
+
+
+@pytest.mark.parametrize("name", sorted(name for asks, name in REFUSED_BY if asks[0] == "p"))
+def test_what_a_periodic_motion_asks_a_force_has_or_is_refused(name: str) -> None:
+    with pytest.raises(ValueError, match=r"^an orbit "):
+        periodic_orbit(Parameters(**SCENE | FEATURES[name]))

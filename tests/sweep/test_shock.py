@@ -67,6 +67,26 @@ def test_a_shock_in_si_units() -> None:
     assert shock.state.v - orbit.state.v == pytest.approx(shock.direction * shock.size)
 
 
+def test_a_shock_on_a_damper_with_several_masses() -> None:
+    """A list of one mass is the damper; of two each has its motion. The threshold parts runs."""
+    settings = {"moments": 1, "settle": 3, "tolerance": 0.02, "largest": 1.0}
+    alone = periodic_orbit(Parameters(0.1, 0.1, 1.0, 5.0, 0.5))
+    known = smallest_shock(alone, **settings)
+    p, (x, v, y, u) = alone.parameters, alone.start
+    found = smallest_shock(periodic_orbit(replace(p, masses=[{}])), **settings)
+    assert (found.size, found.returns) == pytest.approx((known.size, known.returns), rel=1e-9)
+    assert (found.direction, found.motion) == (known.direction, known.motion)
+    masses = [{}, {"clearance": 4.9}]
+    two = replace(p, mass_ratio=0.05, masses=masses)
+    orbit = periodic_orbit(two, state=State(x, v, [y, y], [u, u]))
+    shock = smallest_shock(orbit, **settings)
+    assert shock.motion.startswith("mass 0: period 1, 1 impact on each wall")
+    assert "; mass 1: period 1" in shock.motion
+    below = replace(shock.state, v=shock.state.v + shock.direction * (shock.returns - shock.size))
+    back = 1e-5 * abs(orbit.start[:2]).max()
+    assert distances(shock.state, orbit, 3)[-1] > back > distances(below, orbit, 3)[-1]
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

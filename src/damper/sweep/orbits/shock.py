@@ -11,10 +11,9 @@ from damper.engine.trajectory import Trajectory
 from damper.models import model_of
 from damper.observers.motion import ObservedMotion, in_words
 from damper.parameters import State
-from damper.parameters.models import ONE_MASS, require_model
 from damper.parameters.quantity import real, whole
 from damper.sweep.estimate import MOST_PERIODS
-from damper.sweep.orbits.arcs import vector
+from damper.sweep.orbits.arcs import state_of, vector
 from damper.sweep.orbits.periodic import PeriodicOrbit
 from damper.sweep.runs import run_points
 
@@ -90,7 +89,6 @@ def smallest_shock(
     """
     if not isinstance(orbit, PeriodicOrbit):
         raise TypeError(f"orbit = {orbit!r}: must be a damper.PeriodicOrbit")
-    require_model(orbit.parameters.dimensionless, ONE_MASS, "smallest_shock")
     if not orbit.stable:
         growth = abs(orbit.multipliers[0])
         raise ValueError(
@@ -144,7 +142,7 @@ class Shock:
     state: State
     """Just after the shock."""
     motion: str
-    """What the run ends in, in words."""
+    """What the run ends in, in words; of several masses what each does."""
 
 
 class _Shocks:
@@ -177,10 +175,10 @@ class _Shocks:
 
     def after(self, size: float, k: int, direction: int) -> State:
         """State just after a shock at a moment."""
-        x, v, y, u = map(float, self.states[k])
+        start = self.states[k].copy()
+        start[1] += direction * size
         periods, time = self._place(k)
-        time += periods * self.orbit.parameters.cycle
-        return State(x, v + direction * size, y, u, time)
+        return state_of(start, time + periods * self.orbit.parameters.cycle)
 
     def leaves(self, size: float, k: int, direction: int) -> int:
         """Forcing periods after which the run has settled elsewhere; 0 where it comes back.
@@ -191,7 +189,7 @@ class _Shocks:
         trajectory = Trajectory(self.model, state)
         periods, time = self._place(k)
         same = self.states[k % self.moments :: self.moments]
-        recent = np.full((_LONGEST, 4), np.inf)
+        recent = np.full((_LONGEST, self.states.shape[1]), np.inf)
         for passed in range(1, self.settle + 1):
             trajectory.skip(periods + passed, time)
             if trajectory.status != FINISHED:
@@ -230,10 +228,13 @@ class _Shocks:
         )
 
     def _ends_in(self, size: float, k: int, direction: int) -> str:
-        """The motion that a run after a shock ends in, in words."""
+        """The motion that a run after a shock ends in, in words; of several masses that of each."""
+        p = self.orbit.parameters.dimensionless
+        count = len(p.each)
+        bodies = {} if p.masses is None else {"bodies": range(count)}
         found, _ = run_points(
             [self.orbit.parameters.given],
-            {"motion": {"longest": _LONGEST}},
+            {"motion": {"longest": _LONGEST, **bodies}},
             state=self.after(size, k, direction),
             # Twice as long: a run that barely leaves passes an unstable motion.
             transient=2 * self.leaves(size, k, direction),
@@ -241,4 +242,6 @@ class _Shocks:
         )
         if found["status"][0]:
             return "the run stopped early"
-        return in_words({v.name: found[v.name][0] for v in ObservedMotion.variables})
+        each = {v.name: np.ravel(found[v.name]) for v in ObservedMotion.variables}
+        words = [in_words({name: of[k] for name, of in each.items()}) for k in range(count)]
+        return words[0] if count == 1 else "; ".join(f"mass {k}: {w}" for k, w in enumerate(words))
