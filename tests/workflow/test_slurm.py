@@ -52,5 +52,5 @@ def test_a_slurm_cluster_makes_the_same_bytes(tmp_path):
         rule = re.search(r"slurm_logs/(?:group|rule)_(\w+)", job)[1]
         jobs_of.setdefault(rule, []).append(int(re.search(r" NumCPUs=(\d+)", job)[1]))
     assert jobs_of["parts_part"] == [1, 1]
-    assert jobs_of["gather"] == [1]
+    assert jobs_of["gather"] == [1, 1, 1]  # the cube, the reference's states, the errors
     assert jobs_of["timed"] == [2]
