@@ -19,7 +19,7 @@ from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si, ordered
 from damper.parameters.quantity import filled, real
 from damper.parameters.run import DEFAULTS, settings_text
 from damper.parameters.structural import StructureParameters
-from damper.parameters.tables import TABLE_OF, listed_tables, read_table
+from damper.parameters.tables import TABLE_OF, Table, listed_tables, read_table
 from damper.study.axes import clean
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.cube import REFERENCES, gather
@@ -146,11 +146,63 @@ def simulate(
         if name not in ALL:
             raise unknown_name("argument", name, _SIGNATURE.parameters)
     given = {name: value for name, value in given.items() if value is not None}
-    count, own = 0, {}
     tables: dict[str, Any] = {
         "restitution_table": restitution_table,
         "restitution_table_left": restitution_table_left,
     }
+    given, tables, force, count = _damper_of(parameters, given, masses, tables, forcing)
+    random = _checked_starts(initial, draws, given, state)
+    values = {"phase": 0.0} | given
+    fixed, axes = _fixed_and_axes({n: values[n] for n in ordered(values) if n not in random})
+    if observers is USUAL and count:
+        observers = {name: {} for name in USUAL} | {"bursts": {"bodies": list(range(count))}}
+    observers = list(observers) if isinstance(observers, Iterator) else observers
+    follow = _checked_follow(follow, axes)
+    with progress_bar() as progress:
+        part = simulate_slice(
+            fixed,
+            axes,
+            observers=observers,
+            primary=initial,
+            forcing=force,
+            masses=count,
+            tables=tables,
+            draws=random,
+            follow=follow,
+            state=state,
+            progress=progress,
+            workers=workers,
+            **run,
+        )
+    attributes = {
+        "title": "Impact damper simulation",
+        "references": REFERENCES,
+        **record(
+            observers,
+            "" if state else initial,
+            {n: v if isinstance(v, Mapping) else type(DEFAULTS[n])(v) for n, v in run.items()},
+            {name: axes[name] for name in follow},
+            force,
+            count,
+            tables,
+        ),
+    }
+    if state is not None:
+        attributes["initial"] = repr(state)
+    if random:
+        attributes["draws"] = json.dumps(random)
+    return gather([part], axes, (), fixed, attributes, amplitude=force.amplitude)
+
+
+def _damper_of(
+    parameters: Parameters | SIParameters | None,
+    given: dict[str, Any],
+    masses: Sequence[Mapping[str, Any]] | None,
+    tables: dict[str, Any],
+    forcing: Forcing | str,
+) -> tuple[dict[str, Any], dict[str, Table], Forcing, int]:
+    """Return quantities, tables by name, force and number of listed masses of what is given."""
+    count = 0
     if masses is not None:
         made = listed(masses)
         count, own = len(made), own_values(made)
@@ -177,20 +229,24 @@ def simulate(
         given = beside | given
     named = listed_tables(tables)
     unit = "m/s" if named and is_si(given) else "1"
-    found = {name: read_table(name, rows, unit) for name, rows in named.items()}
     for name in OF_ANY_MASS if count else ():
         each = [given.get(f"{name}_{k}") for k in range(count)]
         # Every mass has its own value, so the value for all has no mass left.
         if isinstance(given.get(name), float) and None not in each and given[name] == each[0]:
             del given[name]
-    force = read_forcing(forcing)
-    given = completed(given | {"forcing": force})
-    del given["forcing"]
-    random = _checked_starts(initial, draws, given, state)
-    values = {"phase": 0.0} | given
-    quantities = {name: values[name] for name in ordered(values) if name not in random}
-    axes: dict[str, list[float]] = {}
+    found = {name: read_table(name, rows, unit) for name, rows in named.items()}
+    applied = read_forcing(forcing)
+    values = completed(given | {"forcing": applied})
+    del values["forcing"]
+    return values, found, applied, count
+
+
+def _fixed_and_axes(
+    quantities: Mapping[str, Any],
+) -> tuple[dict[str, float], dict[str, list[float]]]:
+    """Return the numbers among the quantities, and the values of each sequence."""
     fixed: dict[str, float] = {}
+    axes: dict[str, list[float]] = {}
     for name, value in quantities.items():
         wanted = f"{name}: must be a number or a non-empty one-dimensional sequence"
         words = value if isinstance(value, list | tuple) else [value]
@@ -202,7 +258,7 @@ def simulate(
         except ValueError:
             raise ValueError(f"{wanted}, not {value!r}") from None
         if column.ndim == 0:
-            fixed[name] = value  # type: ignore[assignment]
+            fixed[name] = value
             continue
         if column.ndim != 1 or column.size == 0:
             raise ValueError(f"{wanted}, not an array of shape {column.shape}")
@@ -213,44 +269,7 @@ def simulate(
         most, times = Counter(axes[name]).most_common(1)[0]
         if times > 1:
             raise ValueError(f"{name}: {most!r} is given {times} times")
-    if observers is USUAL and count:
-        observers = {name: {} for name in USUAL} | {"bursts": {"bodies": list(range(count))}}
-    observers = list(observers) if isinstance(observers, Iterator) else observers
-    follow = _checked_follow(follow, axes)
-    with progress_bar() as progress:
-        part = simulate_slice(
-            fixed,
-            axes,
-            observers=observers,
-            primary=initial,
-            forcing=force,
-            masses=count,
-            tables=found,
-            draws=random,
-            follow=follow,
-            state=state,
-            progress=progress,
-            workers=workers,
-            **run,
-        )
-    attributes = {
-        "title": "Impact damper simulation",
-        "references": REFERENCES,
-        **record(
-            observers,
-            "" if state else initial,
-            {n: v if isinstance(v, Mapping) else type(DEFAULTS[n])(v) for n, v in run.items()},
-            {name: axes[name] for name in follow},
-            force,
-            count,
-            found,
-        ),
-    }
-    if state is not None:
-        attributes["initial"] = repr(state)
-    if random:
-        attributes["draws"] = json.dumps(random)
-    return gather([part], axes, (), fixed, attributes, amplitude=force.amplitude)
+    return fixed, axes
 
 
 def _refuse_on_structures(**given: Any) -> None:
