@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
@@ -10,15 +11,12 @@ import numpy as np
 
 from damper.parameters.lazy import pd, xr
 from damper.parameters.names import unknown_name
-from damper.parameters.quantities import ALL, check_quantity, quantities_in
+from damper.parameters.quantities import ALL, quantities_in
 from damper.parameters.units import handy, own_number
-from damper.parameters.warned import warn
-from damper.sweep.grid import product
+from damper.sweep.grid import ROUNDING, nearest_value, product
 
 #: Values of an axis, as they come.
 Values = TypeVar("Values", float, np.ndarray, "xr.DataArray")
-#: Difference to an end of a band, as a part of it, that is rounding.
-_ROUNDING = 1e-9
 
 
 def places(array: xr.DataArray, *without: str) -> list[dict[str, Any]]:
@@ -43,6 +41,18 @@ def own_values(cube: xr.Dataset, name: str, values: Any) -> Any:
     return own_number(values, units)
 
 
+def observed(cube: xr.Dataset, variables: Sequence[str]) -> xr.Dataset:
+    """Return variables of a cube, at the place of those that were observed at one place alone."""
+    part = cube[list(variables)]
+    for name in variables:
+        for axis, value in json.loads(cube[name].attrs.get("observed_at", "{}")).items():
+            here = cube[axis].sel({axis: value})
+            part = (
+                part.sel({axis: value}) if axis in part.dims else part.assign_coords({axis: here})
+            )
+    return part
+
+
 def within(values: Values, low: float = -math.inf, high: float = math.inf) -> Values:
     """Whether values of an axis lie in a band, its ends included.
 
@@ -57,20 +67,14 @@ def within(values: Values, low: float = -math.inf, high: float = math.inf) -> Va
     array([ True, False])
     """
     ends = [end for end in (low, high) if math.isfinite(end)]
-    near = _ROUNDING * max(map(abs, ends), default=0.0)
+    near = ROUNDING * max(map(abs, ends), default=0.0)
     return (values >= low - near) & (values <= high + near)  # type: ignore[return-value]
 
 
 def value_on(axis: xr.DataArray, value: Any) -> Any:
-    """Return the value of an axis nearest to a value at most half a step away from it.
+    """Return the value of an axis that a value means, as `nearest_value`.
 
-    A warning names the value taken, where the difference is more than rounding. Of a dimension
-    that is no quantity, such as ``direction``, only its own values are taken.
-
-    Raises
-    ------
-    ValueError, TypeError
-        For a value farther away, with the range of the axis and its nearest value.
+    Of a dimension that is no quantity, such as ``direction``, only its own values are taken.
     """
     name, values = str(axis.name), axis.values.ravel()
     if name not in ALL:
@@ -78,31 +82,7 @@ def value_on(axis: xr.DataArray, value: Any) -> Any:
         if str(value) not in known:
             raise ValueError(f"{name} = {value!r}: must be one of {', '.join(known)}")
         return known[str(value)]
-    values, value = np.sort(values), check_quantity(name, value)
-    grid, at = values, value
-    if geometric(values):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            grid, at = np.log(values), np.log(value)
-    half = 0.5 * np.diff(grid) if grid.size > 1 else np.zeros(1)
-    slack = _ROUNDING * abs(grid).max()
-    nearest = float(values[np.argmin(abs(grid - at))])
-    if not grid[0] - half[0] - slack <= at <= grid[-1] + half[-1] + slack:
-        raise ValueError(
-            f"{name} = {value!r}: outside the cube, which has {values[0]:g} to {values[-1]:g}; "
-            f"the nearest value is {nearest!r}"
-        )
-    if abs(nearest - value) > _ROUNDING * abs(values).max():
-        words = f"{name} = {value!r} is no value of the cube: the nearest, {nearest!r}, is taken"
-        warn(words)
-    return nearest
-
-
-def geometric(values: np.ndarray) -> bool:
-    """Whether at least three values keep one ratio, so that a logarithmic axis suits them."""
-    if len(values) < 3 or values.min() <= 0.0:
-        return False
-    ratios = values[1:] / values[:-1]
-    return bool(np.allclose(ratios, ratios[0], rtol=1e-6))
+    return nearest_value(name, values, value)
 
 
 def rows_at(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:

@@ -9,7 +9,6 @@ import numpy as np
 from pydantic import Field
 
 from damper.analysis.labels import label_of
-from damper.analysis.places import geometric
 from damper.analysis.runs import runs
 from damper.figures.common import layout, panels, style
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
@@ -23,6 +22,7 @@ from damper.study.fields import DistinctList, Pair, Text, one_of
 from damper.study.messages import Mistakes
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import join_names
+from damper.sweep.grid import geometric
 
 if TYPE_CHECKING:
     from matplotlib.transforms import ScaledTranslation

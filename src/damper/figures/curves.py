@@ -8,7 +8,6 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from damper.analysis.places import geometric
 from damper.analysis.reduction import BEST, MEDIAN, REDUCTIONS, least, reduced, runs_over
 from damper.figures.common import layout, panels
 from damper.figures.common.style import BLACK, BLUE, COLUMN, RATIOS, SYMBOLS, label
@@ -17,6 +16,7 @@ from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.study import products
 from damper.study.fields import DistinctList, Text
 from damper.study.messages import Mistakes
+from damper.sweep.grid import geometric
 
 _DASHES = ("-", "--", "-.", ":")
 _PANEL = 1.75

@@ -11,7 +11,7 @@ from pydantic import Field
 from damper.analysis.labels import label_of
 from damper.analysis.motions import attractors
 from damper.analysis.optimum import SAME
-from damper.analysis.places import geometric, in_handy_units
+from damper.analysis.places import in_handy_units
 from damper.analysis.reduction import REDUCTIONS, least, reduced, worst
 from damper.analysis.stretches import half_gap
 from damper.figures.common import layout, panels, style
@@ -23,6 +23,7 @@ from damper.study import products
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.yaml_file import join_names
+from damper.sweep.grid import geometric
 from damper.sweep.idle import CONTACT, contact, from_exact_rest
 from damper.sweep.record import observers_of
 

@@ -9,7 +9,7 @@ import numpy as np
 from damper.engine import segment as columns
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.base import Observer, Window
-from damper.observers.common.settings import BODIES, Setting
+from damper.observers.common.settings import AT, BODIES, Setting
 from damper.parameters.variables import LENGTH, SPEED, Variable
 from damper.parameters.variables import TIME as TIME_UNIT
 
@@ -44,6 +44,7 @@ class Segments(Observer):
     """
 
     bodies = BODIES
+    at = AT
     periods = Setting(5, "Length of the stretch, at most the window's.", "cycles", ge=1)
     rows = Setting(200, "Most segments to keep.", ge=1, le=1_000_000)
 

@@ -26,7 +26,7 @@ from damper.observers.common.base import (
     since,
 )
 from damper.observers.common.bodies import require_bodies
-from damper.observers.common.settings import BODIES, Setting
+from damper.observers.common.settings import AT, BODIES, Setting
 from damper.observers.common.stretch import SLACK, sample_steps
 from damper.parameters.variables import ACCELERATION, LENGTH, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
@@ -56,6 +56,7 @@ class SampledTrajectory(Observer):
 
     sees_all = True
     bodies = BODIES
+    at = AT
     samples_per_period = Setting(100, "Equal time steps per cycle.", ge=1, le=1_000_000)
     start = Setting(
         0.0, "Where the stretch begins, counted from the start of the window.", "cycles", ge=0

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from damper.analysis.places import geometric, in_handy_units, own_values
+from damper.analysis.places import in_handy_units, own_values
 from damper.figures.bifurcation import LOGARITHMIC, with_relative
 from damper.figures.common.layout import numbers, select
 from damper.figures.common.style import RATIOS, long_name
@@ -24,6 +24,7 @@ from damper.parameters.forcing import HARMONIC
 from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_QUANTITIES, is_si, ordered
 from damper.parameters.units import own_number, shown_unit, units_of
 from damper.sweep.branches import branches
+from damper.sweep.grid import geometric
 from damper.sweep.record import force_settings, masses_of
 
 #: Samples of one column that are nearer than this part of the panel's height are one dot; and most

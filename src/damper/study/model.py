@@ -29,7 +29,7 @@ from damper.parameters.quantities import (
 from damper.parameters.run import EngineSettings, RunLength, declared_in
 from damper.parameters.tables import WALL_TABLES, beside_numbers, listed_tables
 from damper.parameters.unit_text import SIZES, allowed_units
-from damper.parameters.units import FREE, HERTZ, shown_unit
+from damper.parameters.units import FREE, HERTZ, own_number, shown_unit
 from damper.study.axes import coordinate_name
 from damper.study.fields import (
     DistinctList,
@@ -377,7 +377,12 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
 
     def observer_settings(self) -> dict[str, dict[str, Any]]:
         """Return the settings of each observer as plain values, without remarks on their origin."""
-        return {name: given_settings(settings) for name, settings in self.observers.items()}
+        found = {name: given_settings(settings) for name, settings in self.observers.items()}
+        for given in found.values():
+            if isinstance(at := given.get("at"), dict):
+                units = dict.fromkeys(self.in_hertz, HERTZ)
+                given["at"] = {name: own_number(v, units.get(name)) for name, v in at.items()}
+        return found
 
     def draw_settings(self) -> dict[str, Any]:
         """Return what is drawn as plain values, without remarks on its origin."""

@@ -39,6 +39,7 @@ def check_study(study: Study) -> None:
     _check_followed(study, mistakes)
     _check_slices(study, mistakes)
     _check_window(study, contents, mistakes)
+    _check_places(study, contents, mistakes)
     if _given_once(study, mistakes) and _makes_dampers(study, mistakes):
         _check_orbits(study, mistakes)
         _check_dampers(study, mistakes)
@@ -63,6 +64,27 @@ def _check_observers(study: Study, contents: StudyContents, mistakes: Mistakes) 
         if both := [name for name in written[one] if name in written[other]]:
             message = f"{one} and {other} cannot both be asked for: both write {' and '.join(both)}"
             mistakes.add(("observers",), message, "one of the two")
+
+
+def _check_places(study: Study, contents: StudyContents, mistakes: Mistakes) -> None:
+    """Refuse to observe runs that are not there, and to show more than those observed."""
+    places = {
+        n: at for n, o in study.observers.items() if isinstance(at := getattr(o, "at", 0), dict)
+    }
+    for name, at in places.items():
+        for axis, value in at.items():
+            check_listed(("observers", name, "at", axis), axis, value, contents.axes, mistakes)
+        written = {variable.name for variable in contents.made[name].variables}
+        for section, stem, made in study.products():
+            shown = {getattr(made, "variable", None), *(getattr(made, "variables", None) or ())}
+            needed = {
+                name for one in made.needs for name in ((one,) if isinstance(one, str) else one)
+            }
+            own = getattr(made, "at", None) or {}
+            if (name in needed or shown & written) and any(own.get(n) != v for n, v in at.items()):
+                where = ", ".join(f"{axis}: {value:g}" for axis, value in at.items())
+                message = f"shows what the observer {name} sees, which looks at {where} alone"
+                mistakes.add((section, stem), message, f"at: {{{where}}}")
 
 
 def _check_window(study: Study, contents: StudyContents, mistakes: Mistakes) -> None:

@@ -21,7 +21,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, core_schema
 
 from damper.observers import OBSERVERS, observer_class
-from damper.observers.common.settings import Setting, Visibility
+from damper.observers.common.settings import AxisPlace, Setting, Visibility
 from damper.parameters.masses import split
 from damper.parameters.quantities import (
     ALL,
@@ -484,6 +484,12 @@ _BURST = r"[RL](S|[1-9]\d*)"
 _WORD = re.compile(rf"{_BURST}( {_BURST})*( \| {_BURST}( {_BURST})*)*")
 
 
+_PLACE = Annotated[
+    dict[str, Coordinate],
+    NamedMapping("axis", tuple(ALL), to="one of its values", masses=True),
+]
+
+
 class FollowedOrbit(StrictModel):
     """A periodic motion to follow along an axis, stable or not, at each value of the others."""
 
@@ -510,8 +516,7 @@ class FollowedOrbit(StrictModel):
         int, Field(ge=1, le=100_000, description="Orbits after which to stop, either way.")
     ] = 500
     at: Annotated[
-        dict[str, Coordinate],
-        NamedMapping("axis", tuple(ALL), to="one of its values", masses=True),
+        _PLACE,
         Field(description="Values of other axes to follow it at; at each value when not given."),
     ] = _NONE
     curves: Annotated[
@@ -622,6 +627,8 @@ def declared_class(
         if isinstance(setting, Visibility):
             threshold = Threshold(fraction=setting.default)
             fields[key] = (Annotated[Threshold, described], threshold)
+        elif isinstance(setting, AxisPlace):
+            fields[key] = (Annotated[_PLACE | None, described], None)
         else:
             of = Annotated[_type(setting), Unit(setting.units)] if setting.units else _type(setting)
             fields[key] = (Annotated[of, described], ... if setting.stated else setting.default)

@@ -23,6 +23,7 @@ from damper.parameters.tables import TABLE_OF, Table, listed_tables, read_table
 from damper.study.axes import clean
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.cube import REFERENCES, gather
+from damper.sweep.grid import nearest_value
 from damper.sweep.points import require_parameters
 from damper.sweep.progress import progress_bar
 from damper.sweep.record import record
@@ -157,6 +158,7 @@ def simulate(
     if observers is USUAL and count:
         observers = {name: {} for name in USUAL} | {"bursts": {"bodies": list(range(count))}}
     observers = list(observers) if isinstance(observers, Iterator) else observers
+    observers = _placed(observers, axes)
     follow = _checked_follow(follow, axes)
     with progress_bar() as progress:
         part = simulate_slice(
@@ -270,6 +272,20 @@ def _fixed_and_axes(
         if times > 1:
             raise ValueError(f"{name}: {most!r} is given {times} times")
     return fixed, axes
+
+
+def _placed(observers: Any, axes: Mapping[str, Sequence[float]]) -> Any:
+    """Return observers with the values of axes that their places mean."""
+    if not isinstance(observers, Mapping):
+        return observers
+    found = dict(observers)
+    for name, given in observers.items():
+        if isinstance(given, Mapping) and isinstance(at := given.get("at"), Mapping):
+            for axis in at:
+                if axis not in axes:
+                    raise ValueError(f"{name}.at: {unknown_name('axis', axis, axes)}")
+            found[name] = {**given, "at": {n: nearest_value(n, axes[n], v) for n, v in at.items()}}
+    return found
 
 
 def _refuse_on_structures(**given: Any) -> None:

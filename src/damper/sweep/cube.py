@@ -1,5 +1,6 @@
 """Cubes: arrays over runs -> an xarray Dataset over named axes, and its netCDF file."""
 
+import json
 import re
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
@@ -35,6 +36,7 @@ def dataset(
     attributes: Mapping[str, Any],
     branches: Mapping[str, Sequence[Any]] | None = None,
     labels: Mapping[str, Sequence[float]] | None = None,
+    places: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
 ) -> xr.Dataset:
     """Build a cube.
 
@@ -57,6 +59,9 @@ def dataset(
         Coordinates of the dimensions after the axes: ``direction``, ``draw``.
     labels : mapping, optional
         Drawn quantities along ``draw``.
+    places : mapping, optional
+        Variable -> values of axes, where only the runs there were observed: it has no such
+        dimension, and its attribute ``observed_at`` says where.
 
     Returns
     -------
@@ -64,13 +69,17 @@ def dataset(
     """
     values = {name: np.asarray(along, dtype=float) for name, along in axes.items()}
     branches = dict(branches or {})
-    shape = tuple(len(along) for along in (*values.values(), *branches.values()))
+    sizes = {name: len(along) for name, along in values.items()}
+    sizes |= {name: len(along) for name, along in branches.items()}
     data: dict[str, Any] = {}
-    dims = (*axes, *branches)
     for variable in (*variables, STATUS):
-        array = arrays[variable.name]
-        array = array.reshape(shape + array.shape[1:])
-        data[variable.name] = described(variable, array, dims, missing=variable is not STATUS)
+        array, at = arrays[variable.name], places.get(variable.name, {})
+        dims = [name for name in sizes if name not in at]
+        array = array.reshape([sizes[name] for name in dims] + [*array.shape[1:]])
+        made = described(variable, array, dims, missing=variable is not STATUS)
+        if at:
+            made.attrs["observed_at"] = json.dumps(dict(at))
+        data[variable.name] = made
     names = [*axes, *fixed, *(labels or ())]
     si = is_si(names)
     coords: dict[str, Any] = {}
@@ -178,6 +187,12 @@ def gather(
     }
     first = parts[0].about
     coordinates = {name: np.array(values) for name, values in first["coordinates"].items()}
+    places = {
+        variable: {
+            n: dict(zip(axes[n], in_hertz.get(n, axes[n]), strict=True))[v] for n, v in at.items()
+        }
+        for variable, at in first.get("places", {}).items()
+    }
     # Runs lie in the order of fanned, then inner axes; the cube's dimensions in the study's.
     order = {name: axes[name] for name in (*fan_axes, *inner)}
     cube = dataset(
@@ -189,6 +204,7 @@ def gather(
         attributes,
         first["branches"],
         first["labels"],
+        places,
     )
     cube.attrs |= {
         "quantities": " ".join([*axes, *fixed, *first["labels"]]),

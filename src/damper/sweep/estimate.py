@@ -6,7 +6,7 @@ the numbers are off: `damper.study.estimate`.
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import ceil, prod
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -81,6 +81,9 @@ class Workload:
         at each of its samples.
     copies : int, default 1
         Copies of the record's samples: each unit of time, and each noise, has a copy.
+    parts : mapping of str to float, optional
+        Part of the runs that an observer observes, where that is not all; by default what its
+        `place` leaves of `sizes`.
     """
 
     sizes: Mapping[str, int]
@@ -90,6 +93,7 @@ class Workload:
     model: str = "rigid"
     forcing: Forcing = HARMONIC
     copies: int = 1
+    parts: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def runs(self) -> int:
@@ -115,7 +119,7 @@ class Workload:
     @property
     def array_bytes(self) -> int:
         """Bytes of the arrays of all runs, as the observers describe them."""
-        return self.runs * self._run_bytes
+        return ceil(self.runs * self._run_bytes)
 
     @property
     def memory(self) -> int:
@@ -172,13 +176,23 @@ class Workload:
     def _memory(self, runs: int) -> int:
         # The run at work keeps its results twice.
         samples = self.forcing.samples * (_SAMPLE_BYTES + min(runs, self.copies) * _COPY_BYTES)
-        return _PROCESS_BYTES + samples + runs * _RUN_BYTES + (runs + 1) * self._run_bytes
+        kept = ceil(runs * self._run_bytes) + self._one_bytes
+        return _PROCESS_BYTES + samples + runs * _RUN_BYTES + kept
 
     @property
-    def _run_bytes(self) -> int:
-        return (
-            sum(one.bytes_per_run(ceil(self.periods)) for one in self.observers) + 1
-        )  # the status
+    def _one_bytes(self) -> int:
+        """Bytes of a run that all observers observe."""
+        return sum(one.bytes_per_run(ceil(self.periods)) for one in self.observers) + 1  # status
+
+    @property
+    def _run_bytes(self) -> float:
+        """Bytes of a run in the mean."""
+        kept = (one.bytes_per_run(ceil(self.periods)) * self._part(one) for one in self.observers)
+        return sum(kept) + 1
+
+    def _part(self, observer: "Observer") -> float:
+        whole = prod(self.sizes.get(name, 1) for name in observer.place)
+        return self.parts.get(observer.name, 1.0 / whole)
 
 
 def run_sizes(axes: Mapping[str, int], draws: int, follow: Mapping[str, str]) -> dict[str, int]:

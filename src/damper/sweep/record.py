@@ -147,7 +147,15 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
         if name not in settings:
             raise ValueError(f"the cube was made without the observer {name!r}, which is needed")
     return {
-        "observers": {name: settings[name] for name in observers or settings},
+        # More points are not those that an observer was asked for.
+        "observers": {
+            name: {
+                key: one
+                for key, one in settings[name].items()
+                if not isinstance(one, dict) or key != "at"
+            }
+            for name in observers or settings
+        },
         "primary": primary,
         **force_of(cube),
         **masses_of(cube),

@@ -23,6 +23,7 @@ from damper.observers import make_observers
 from damper.observers.common.base import Observer, Window
 from damper.parameters import State
 from damper.parameters.forcing import HARMONIC, Forcing
+from damper.parameters.names import unknown_name
 from damper.parameters.quantity import whole
 from damper.parameters.run import RunSettings
 from damper.parameters.state import require_state
@@ -87,7 +88,8 @@ def run_points(
     Returns
     -------
     arrays : dict of str to ndarray
-        Each observer's variables with the point as first axis, and `status`. Dimensionless, also
+        Each observer's variables with the point as first axis, those of its `place` alone, and
+        `status`. Dimensionless, also
         for points in SI units.
     observers : list of Observer
         The observers, for their descriptions.
@@ -100,7 +102,8 @@ def run_points(
     """
     every: dict[str, Any] = {} if forcing is None else {"forcing": forcing}
     every |= beside_numbers(masses, tables)
-    read = [read_point({**values, **every}, primary) for values in points]
+    points = [{**values, **every} for values in points]
+    read = [read_point(values, primary) for values in points]
     chains = _chains(predecessor, len(read))
     threads = _threads(workers, len(read), len(chains))
     asked = list(observers) if isinstance(observers, Iterator) else observers
@@ -117,22 +120,36 @@ def run_points(
         lengths = [settings.cycles(1.0, 0.0)]
     longest = max(lengths, key=sum)
     copies = len(set(map(id, forces)))
-    work = Workload({"points": len(read)}, *longest, made, forcing=dearest, copies=copies)
+    rows = [_observed(points, observer) for observer in made]
+    parts = {one.name: len(own) / len(read) for one, own in zip(made, rows, strict=True) if read}
+    work = Workload(
+        {"points": len(read)}, *longest, made, forcing=dearest, copies=copies, parts=parts
+    )
     work.refuse_excess()
     if state:
         for point in read:
             check_state(point.parameters, state.over(point.units), point.units)
     most = math.ceil(max(length for _, length in lengths))
     for place, observer in enumerate(made):
-        observer.allocate(len(read), most)
+        observer.allocate(len(rows[place]), most)
         for one_set in observer_sets[1:]:
             one_set[place].arrays = observer.arrays
-    sweep = _Sweep(read, state, settings, progress)
+    sweep = _Sweep(read, rows, state, settings, progress)
     sweep.run(chains, observer_sets)
     arrays = {"status": sweep.status}
     for observer in made:
         arrays |= observer.arrays
     return arrays, made
+
+
+def _observed(points: Sequence[Mapping[str, Any]], observer: Observer) -> dict[int, int]:
+    """Numbers of the points that an observer observes -> their rows in its arrays."""
+    place = observer.place
+    for name in place:
+        if points and name not in points[0]:
+            raise ValueError(f"{observer.name}.at: {unknown_name('axis', name, points[0])}")
+    found = (k for k, p in enumerate(points) if all(p[name] == v for name, v in place.items()))
+    return {number: row for row, number in enumerate(found)}
 
 
 def _cycles(point: Point, settings: RunSettings, start: State | None) -> tuple[float, float]:
@@ -148,12 +165,14 @@ class _Sweep:
     def __init__(
         self,
         points: list[Point],
+        rows: list[dict[int, int]],
         state: State | None,
         settings: RunSettings,
         progress: Progress | None,
     ) -> None:
         self.status = np.zeros(len(points), dtype="i1")
         self._points = points
+        self._rows = rows
         self._state = state
         self._settings = settings
         self._progress = progress
@@ -226,12 +245,18 @@ class _Sweep:
         if window.periods > trajectory.start[0]:
             for _ in self._watched(trajectory.segments(window.periods, window.time, NO_LOG)):
                 pass
-        for observer in observers:
-            observer.begin(number, trajectory, window)
+        rows = [
+            (one, own[number])
+            for one, own in zip(observers, self._rows, strict=True)
+            if number in own
+        ]
+        observers = [observer for observer, _ in rows]
+        for observer, row in rows:
+            observer.begin(row, trajectory, window)
         end = window.periods + window.length, window.time
         # Rows of several masses are wider; there are fewer of them.
-        rows = len(buffer) // trajectory.columns
-        kept = buffer[: rows * trajectory.columns].reshape(rows, trajectory.columns)
+        count = len(buffer) // trajectory.columns
+        kept = buffer[: count * trajectory.columns].reshape(count, trajectory.columns)
         for log in self._watched(trajectory.segments(*end, kept if observers else NO_LOG)):
             for observer in observers:
                 observer.observe(log)

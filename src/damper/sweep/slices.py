@@ -122,27 +122,34 @@ def simulate_slice(
         **run,
     )
     variables = tuple(variable for observer in made for variable in observer.variables)
+    places = {v.name: dict(one.place) for one in made if one.place for v in one.variables}
     if is_si([*fixed, *axes, *plan.labels]):
         units = [read_point(point).units for point in points]
-        variables = _in_si(arrays, variables, units)
+        variables = _in_si(arrays, variables, points, units, places)
     coordinates = {k: v.tolist() for observer in made for k, v in observer.coordinates().items()}
     about = {
         "variables": [asdict(variable) for variable in variables],
         "coordinates": coordinates,
         "branches": plan.dimensions,
         "labels": plan.labels,
+        **({"places": places} if places else {}),
         **({"noise_seeds": seeds} if seeds else {}),
     }
     return PartData(arrays, about)
 
 
 def _in_si(
-    arrays: dict[str, np.ndarray], variables: tuple[Variable, ...], units: list[Units]
+    arrays: dict[str, np.ndarray],
+    variables: tuple[Variable, ...],
+    points: Sequence[Mapping[str, Any]],
+    units: list[Units],
+    places: Mapping[str, Mapping[str, float]],
 ) -> tuple[Variable, ...]:
     """Scale arrays to SI units, each run by its own; return their descriptions."""
     for variable in variables:
         if variable.units in SI_UNITS:
-            array = arrays[variable.name]
-            sizes = np.array([unit.size(variable.units) for unit in units])
+            array, place = arrays[variable.name], places.get(variable.name, {})
+            there = [all(point[n] == v for n, v in place.items()) for point in points]
+            sizes = np.array([unit.size(variable.units) for unit in units])[there]
             array *= sizes.reshape(-1, *[1] * (array.ndim - 1))
     return tuple(replace(v, units=SI_UNITS.get(v.units, v.units)) for v in variables)

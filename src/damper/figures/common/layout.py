@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from damper.analysis.places import geometric, value_on
+from damper.analysis.places import observed, value_on
 from damper.analysis.reduction import runs_over
 from damper.figures.common import style
 from damper.parameters.forcing import force_text
@@ -18,6 +18,7 @@ from damper.parameters.lazy import Artist, Axes, Axis, Figure, Formatter, xr
 from damper.parameters.names import unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si, quantities_in
 from damper.parameters.units import handy, units_of
+from damper.sweep.grid import geometric
 from damper.sweep.record import force_settings
 
 #: Letters that fit in an inch of heading, of label, and of legend.
@@ -56,7 +57,7 @@ def select(
     for name in variables:
         if name not in cube:
             raise ValueError(str(unknown_name("variable", name, map(str, cube.data_vars))))
-    place = cube[list(variables)]
+    place = observed(cube, variables)
     for name, value in (at or {}).items():
         if name in place.dims:
             place = place.sel({name: value_on(place[name], value)})

@@ -82,6 +82,12 @@ class Observer:
             name: s.models for name, s in self.settings.items() if s.models and getattr(self, name)
         }
 
+    @property
+    def place(self) -> Mapping[str, float]:
+        """Values of the axes at which it observes runs; empty for all runs."""
+        own = getattr(self, "at", None)
+        return own if isinstance(own, Mapping) else {}
+
     def check_together(self) -> None:
         """Raise ValueError where settings, each in its range, contradict each other."""
 

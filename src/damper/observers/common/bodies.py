@@ -43,6 +43,11 @@ class OfEachBody(Observer):
         """That of the observers."""
         return self._observers[0].name
 
+    @property
+    def place(self) -> Mapping[str, float]:
+        """That of the observers."""
+        return self._observers[0].place
+
     def refusals(self, models: Iterable[str], masses: int = 1) -> dict[str, tuple[str, str]]:
         """What the observers say."""
         return self._observers[0].refusals(models, masses)

@@ -31,6 +31,17 @@ class Visibility(Setting):
         return (0.0, number) if absolute else (number, 0.0)
 
 
+class AxisPlace(Setting):
+    """Values of some axes."""
+
+    allowed = "a mapping of axes to one of their values"
+
+    def _read(self, value: Any) -> dict[str, float]:
+        if not isinstance(value, Mapping):
+            raise TypeError
+        return {name: self._number(one) for name, one in value.items()}
+
+
 #: Of a time in a study, dimensionless or in SI units.
 TIME_UNITS = f"{TIME}, {SI_UNITS[TIME]}"
 #: Of every observer that counts impacts.
@@ -46,5 +57,11 @@ BODIES = Setting(
     ge=0,
     lt=MOST_MASSES,
     integers=True,
+)
+#: Of observers that keep all of a run.
+AT = AxisPlace(
+    None,
+    "Values of some axes: only the runs there are observed with it, and its variables have no such "
+    "dimension.",
 )
 FREE_MASS = Setting(False, "Whether to record the free mass as well.", models=ONE_MASS)
