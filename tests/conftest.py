@@ -31,6 +31,9 @@ PLAIN = (
     *("tests/models/", "tests/notebook/", "tests/study/", "tests/sweep/", "tests/theory/"),
     *(f"tests/observers/test_{name}.py" for name in ("bodies", "decay", "laws", "lyapunov")),
     *(f"tests/observers/test_{name}.py" for name in ("motion", "statistics")),
+    *(f"tests/sizing/test_design.py::test_a_{name}" for name in ("machine_that", "record_is")),
+    "tests/sizing/test_machine.py::test_records",
+    "tests/sizing/test_search.py::test_no_place",
     "tests/test_quantities.py",
 )
 
