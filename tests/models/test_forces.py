@@ -43,7 +43,7 @@ OFTEN += [(model, force, "") for model, forces in SHORT.items() for force in for
 def test_energy_is_kept_and_no_law_is_broken(model: str, force: str, features: str) -> None:
     """To 1e-12 of the turnover, the losses in friction and in supports with it."""
     observers = {"response": {"friction_loss": True}, "laws": {}}
-    periods = 1 if model in SEVERAL else 3
+    periods = 1 if model in SEVERAL else 2
     for seed in range(periods):
         values, state = scene_of(model, force, seed, features)
         ask = {"state": State(*state), "transient": 0, "periods": periods, "max_events": 5000}

@@ -10,6 +10,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from cases import thinned
 from new_process import in_new_process
 
 from damper import simulate
@@ -80,14 +81,19 @@ def whole() -> xr.Dataset:
 # --- gathering
 
 
-@pytest.mark.parametrize("order", list(itertools.permutations(AXES)), ids="-".join)
+#: Of all orders, those that begin with another axis each.
+ORDERS = ["-".join(order) for order in itertools.permutations(AXES)]
+
+
+@pytest.mark.parametrize("order", thinned(ORDERS, ORDERS[::2].__contains__))
 @pytest.mark.parametrize("fanned", [0, 1, 2, 3])
 def test_gathered_slices_are_the_full_grid(
-    whole: xr.Dataset, order: tuple[str, ...], fanned: int, tmp_path: Path
+    whole: xr.Dataset, order: str, fanned: int, tmp_path: Path
 ) -> None:
     """Fanned along any axes, in any order, with the axes of the study in any order."""
-    fan_axes = order[:fanned]
-    axes = {name: AXES[name] for name in order[::-1]}
+    names = tuple(order.split("-"))
+    fan_axes = names[:fanned]
+    axes = {name: AXES[name] for name in names[::-1]}
     cube = gathered(fan_axes, axes, tmp_path)
     assert cube.chatter.dims == tuple(axes)
     assert cube.displacement.dims == (*axes, "sample")
