@@ -3,6 +3,7 @@
 import numpy as np
 from figures.drawing import drawn, legend_texts, made_up
 
+from damper.figures.basins import pairs_together
 from damper.figures.common.style import PALE, motion_colours
 from damper.observers.motion import ObservedMotion
 
@@ -31,3 +32,12 @@ def test_a_motion_has_one_colour_in_all_figures() -> None:
     assert other["other motions"] == PALE
     # More kinds than hues still have colours.
     assert len(motion_colours([f"period {k}, no impacts" for k in range(1, 12)])) == 11
+
+
+def test_mirror_pairs_lie_side_by_side() -> None:
+    names = ["period 1, impacts 1 left, 2 right", "no period found"]
+    names += ["period 4, 4 impacts on each wall, more to the left", "other motions"]
+    names += ["period 1, impacts 2 left, 1 right", "period 2, impacts 2 left, 4 right"]
+    names += ["period 4, 4 impacts on each wall, more to the right"]
+    order = [names.index(name) for name in pairs_together(names)]
+    assert order == [0, 4, 1, 2, 6, 3, 5]

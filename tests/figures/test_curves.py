@@ -40,11 +40,28 @@ def test_a_line_for_each_value() -> None:
     for line, values in zip(lines(ax), VALUES, strict=True):
         assert list(line.get_xdata()) == X
         np.testing.assert_array_equal(line.get_ydata(), values)
-    assert len({line.get_linestyle() for line in lines(ax)}) == 3
+    assert {line.get_linestyle() for line in lines(ax)} == {"-"}
     grey = [np.dot((0.2126, 0.7152, 0.0722), to_rgb(line.get_color())) for line in lines(ax)]
     assert grey == sorted(set(grey))
-    assert legend_texts(figure) == [rf"$\mu$ = {mass:g}" for mass in MASSES]
+    assert legend_texts(figure) == []
+    assert [text.get_text() for text in ax.texts] == [rf"$\mu$ = {mass:g}" for mass in MASSES]
+    for line, text in zip(lines(ax), ax.texts, strict=True):
+        assert text.get_color() == line.get_color()
     assert ax.get_xlim() == (0.8, 1.1)
+    assert_nothing_overlaps(figure)
+
+
+def test_labels_at_ends_of_lines_keep_their_distance_and_order() -> None:
+    values = np.ones((3, 4)) * [[1.02], [1.0], [5.0]]
+    values[0, -1] = np.nan  # its last point is the one before
+    (ax,) = (figure := curves(cube_of(values), lines="mass_ratio")).axes
+    texts = sorted(ax.texts, key=lambda text: text.get_position()[1])
+    assert [text.get_text()[-4:].strip(" =") for text in texts] == ["0.1", "0.05", "0.2"]
+    heights = [text.get_position()[1] for text in texts]
+    assert np.diff(heights).min() > 0.09
+    place = ax.transAxes.inverted().transform(ax.transData.transform((1.1, 5.0)))
+    assert heights[-1] == pytest.approx(place[1])
+    assert_nothing_overlaps(figure)
 
 
 def test_jumps_are_not_joined() -> None:
@@ -176,7 +193,7 @@ def test_amplitude_without_damper_stands_beside_it() -> None:
     figure = curves(cube.assign(amplitude_ratio=ratio), at={"mass_ratio": 0.1, "clearance": 0.5})
     (wide,) = (line for line in figure.axes[0].lines if line.get_linewidth() == 2.0)
     np.testing.assert_allclose(wide.get_ydata(), undamped)
-    assert legend_texts(figure) == ["without damper"]
+    assert legend_texts(figure) == ["with damper", "without damper"]
 
 
 def test_abscissa_may_be_the_natural_frequency() -> None:

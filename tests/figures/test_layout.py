@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from figures.drawing import made_up
+from matplotlib.figure import Figure
 
 from damper.analysis.optimum import least
-from damper.figures.common.layout import select, write_prefixes
+from damper.figures.common.layout import head, select, write_prefixes
 from damper.figures.common.panels import panel_grid
 from damper.figures.common.style import label, save, style
 
@@ -87,3 +88,11 @@ def test_axes_have_the_prefix_that_suits_them(
     assert above.xaxis.get_major_formatter() is below.xaxis.get_major_formatter()
     assert below.lines[0].get_xdata()[1] == largest
     assert bool(texts) != bool(below.xaxis.get_offset_text().get_text())
+
+
+def test_a_heading_has_what_is_not_default() -> None:
+    cube = made_up(AXES, DIRECTIONS, chatter=1).isel(clearance=0, mass_ratio=0, direction=0)
+    for phase, shown in ((0.0, False), (0.5, True)):
+        figure = Figure()
+        head(figure, cube.assign_coords(phase=phase), "A caption")
+        assert (r"$\varphi$" in figure.get_suptitle()) is shown

@@ -148,8 +148,15 @@ def test_ratios_are_white_at_one_with_a_line() -> None:
     blue, orange = cells.cmap(cells.norm(0.3)), cells.cmap(cells.norm(1.5))
     assert blue[2] > blue[0]
     assert orange[0] > orange[2]
+    # Either side has the colours of its own range.
+    known = cells.get_array().compressed()
+    assert cells.norm(known.min()) == pytest.approx(0.0)
+    assert cells.norm(known.max()) == pytest.approx(1.0)
+    assert cells.norm.inverse(cells.norm(0.3)) == pytest.approx(0.3)
     assert tuple(colours(ax)[2, 3]) == to_rgba(MISSING)
     assert legend_texts(figure) == ["no value", "ratio = 1"]
+    shown = list(figure.axes[1].get_yticks())
+    assert min(shown) < 1.0 < max(shown) <= known.max()
 
 
 def test_cells_are_as_wide_as_their_place_or_of_equal_size() -> None:

@@ -7,10 +7,12 @@ import pytest
 import xarray as xr
 from figures.drawing import drawn
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from damper import simulate
 from damper.figures import phase_portrait
+from damper.figures.phase_portrait import _SECTION as SECTION
 
 POINT = {"mass_ratio": 0.25, "damping_ratio": 0.02, "frequency_ratio": 2.0, "clearance": 0.05}
 OBSERVERS: dict[str, Any] = {"stroboscopic_section": None, "trajectory": {"length": 8}}
@@ -76,3 +78,15 @@ def test_what_is_missing_is_told() -> None:
     bare = simulated(restitution=0.6, observers=["trajectory"])
     with pytest.raises(ValueError, match="unknown variable 'displacement'"):
         drawn("phase_portrait", bare)
+
+
+def test_few_points_of_a_section_are_seen() -> None:
+    """Twenty of a motion without a period are as large as a single one, thousands small."""
+    sizes = []
+    for count in (20, 400, 4000):
+        points = np.random.default_rng(1).normal(size=(2, count))
+        run = xr.Dataset({n: ("sample", v) for n, v in zip(SECTION, points, strict=True)})
+        ax = Figure().subplots()
+        phase_portrait._section(ax, run, "")
+        sizes.append(ax.lines[0].get_markersize())
+    assert sizes == [6.0, 3.0, 2.2]

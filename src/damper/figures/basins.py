@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
@@ -10,7 +10,7 @@ from pydantic import Field
 from damper.analysis.basins import basin_fractions
 from damper.figures.common.layout import place_label
 from damper.figures.common.panels import finish, note_empty_panel, panel_grid
-from damper.figures.common.style import COLUMN, motion_colours
+from damper.figures.common.style import COLUMN, mirror_kind, motion_colours
 from damper.parameters.lazy import Figure
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
@@ -41,7 +41,7 @@ def draw(results: Mapping[str, Any], settings: BasinsFigure) -> Figure:
     cube, along = results["cube"], settings.along
     found = basin_fractions(cube, along)
     parts = found.pivot(index=along, columns="motion", values="fraction")
-    parts = parts[found.motion.unique()]
+    parts = parts[pairs_together(found.motion.unique())]
     figure, ((ax,),) = panel_grid(1, width=COLUMN, height=3.0 + 0.14 * len(parts.columns))
     # In steps: between two values nothing is known.
     style: dict[str, Any] = {"step": "mid", "edgecolor": "white", "lw": 0.4}
@@ -57,3 +57,11 @@ def draw(results: Mapping[str, Any], settings: BasinsFigure) -> Figure:
     remarks = [] if found.empty else [f"{found.of.max()} starts at each value"]
     # The legend has the order of the stack.
     return finish(figure, cube, settings.caption, reversed(areas), remarks)
+
+
+def pairs_together(names: Iterable[str]) -> list[str]:
+    """Put each motion beside its mirror image, at the place of the first of the two."""
+    groups: dict[tuple[object, ...], list[str]] = {}
+    for name in names:
+        groups.setdefault(mirror_kind(name), []).append(name)
+    return [name for group in groups.values() for name in group]

@@ -133,14 +133,18 @@ def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
         if settings.panels and not settings.lines:  # there is one line: the title says what it is
             text = ", ".join(filter(None, (text, drawn[0][1].pop("label"))))
         panels.title(ax, text)
-        for line, style in drawn:
-            _draw_line(ax, line, name, style, settings)
+        ends = [_draw_line(ax, line, name, style, settings) for line, style in drawn]
         if name + _UNDAMPED in part:
             alone = part[name + _UNDAMPED]
             ax.plot(alone[settings.along].values, alone.values, zorder=1.0, **REFERENCE)
         _dress(ax, part, name, settings.along, settings.log)
         if settings.slope is not None:
             _guide(ax, part[settings.along].values, settings.slope)
+        if settings.lines and not settings.panels:
+            values = part[settings.lines].values.tolist()
+            names = [layout.place_text(part, settings.lines, value) for value in values]
+            panels.label_ends(ax, ends, names, _PANEL)
+            drawn = drawn if settings.best else []
         handles += [panels.legend_line(**style) for _, style in drawn if style.get("label")]
     handles += _handles(of, place, variables, settings)
     if settings.slope is not None:
@@ -181,8 +185,8 @@ def _panels(
 
 def _draw_line(
     ax: Axes, line: xr.Dataset, name: str, style: Mapping[str, Any], settings: Curves
-) -> None:
-    """Draw one line, the band from it to the best runs, and where it is highest."""
+) -> Artist:
+    """Draw one line, which is returned, the band from it to the best runs, and its peak."""
 
     def ordinates(of: str) -> np.ndarray:
         return _ordinates(line[of], settings.along, settings.log)
@@ -193,7 +197,7 @@ def _draw_line(
         ax.plot(x[highest], y[highest], **_WORST | {"color": style["color"]})
     beside = [name + of for of in (BEST, MEDIAN) if name + of in line]
     x, y, *others = _parted(settings.log, x, y, *map(ordinates, beside))
-    ax.plot(x, y, **style)
+    (drawn,) = ax.plot(x, y, **style)
     # Beside one black line a colour is seen better than grey; among several a median is lost.
     for of, other in zip(beside, others, strict=True):
         if of == name + BEST:
@@ -201,6 +205,7 @@ def _draw_line(
             ax.fill_between(x, other, y, color=colour, **_BAND)
         elif not settings.lines:
             ax.plot(x, other, **_MEDIAN)
+    return drawn
 
 
 def _parted(log: bool, x: np.ndarray, y: np.ndarray, *others: np.ndarray) -> list[np.ndarray]:
@@ -223,6 +228,8 @@ def _handles(
             handles.append(panels.legend_line("their median", **_MEDIAN))
         handles.append(panels.legend_patch("their best to their worst", color=colour, **_BAND))
     if any(name + _UNDAMPED in place or name in RATIOS for name in variables):
+        if not (settings.lines or settings.band or settings.best or settings.panels):
+            handles.append(panels.legend_line("with damper", **_style(0, 1)))
         handles.append(panels.legend_line("without damper", **REFERENCE))
     if settings.best is not None:
         handles.append(panels.legend_line("where a line is highest", **_WORST))
@@ -289,6 +296,8 @@ def _lines(
             if of and not lines and not settings.panels:
                 texts.insert(0, of)
         style = _style(index, len(values)) | {"label": ", ".join(texts) or None}
+        if not settings.panels:  # its end says which line it is
+            style["ls"] = "-"
         if place.sizes[along] <= _FEW:
             style |= {"marker": "o", "ms": 2.2, "clip_on": False}
         drawn.append((line, style))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
@@ -54,6 +55,8 @@ _FROM_REST = " from exact rest (neutrally stable without friction)"
 ABOUT_ONE = ("#00253C", style.BLUE, "#FFFFFF", style.ORANGE, "#A84300")
 #: Ratios beyond this and its inverse have the colours of these.
 _LARGEST_RATIO = 10.0
+#: Where all ratios of one side are nearer to 1, its last colour stands for this.
+_SMALLEST_RATIO = 1.05
 #: Height of a row of so many panels, in inches.
 _HEIGHTS = {1: 2.4, 2: 2.6, 3: 2.0}
 #: Width of the line at 1.
@@ -328,7 +331,6 @@ def _colours(array: xr.DataArray, names: Sequence[tuple[str, str]]) -> tuple[Col
         BoundaryNorm,
         LinearSegmentedColormap,
         ListedColormap,
-        LogNorm,
         Normalize,
     )
 
@@ -338,13 +340,30 @@ def _colours(array: xr.DataArray, names: Sequence[tuple[str, str]]) -> tuple[Col
         return classes.with_extremes(bad=style.MISSING), BoundaryNorm(steps, classes.N)
     low, high = _range(array)
     if array.name in style.RATIOS:
-        most = min(max(high, 1.0 / low, 1.01), _LARGEST_RATIO)
         ratios = LinearSegmentedColormap.from_list("ratios", ABOUT_ONE)
-        return ratios.with_extremes(bad=style.MISSING), LogNorm(1.0 / most, most)
+        return ratios.with_extremes(bad=style.MISSING), _about_one(low, high)
     colours = colormaps["cividis"].with_extremes(bad=style.MISSING)
     if layout.whole(array) and high - low < _MOST_STEPS:
         return colours, BoundaryNorm(np.arange(low, high + 2.0) - 0.5, colours.N)
     return colours, Normalize(low, high if high > low else low + 1.0)
+
+
+def _about_one(low: float, high: float) -> Normalize:
+    """Logarithmic on either side of 1, whose colour is in the middle, to the ends of the data."""
+    from matplotlib.colors import FuncNorm
+
+    below = np.log(min(max(1.0 / low, _SMALLEST_RATIO), _LARGEST_RATIO))
+    above = np.log(min(max(high, _SMALLEST_RATIO), _LARGEST_RATIO))
+
+    def place(ratio: Any) -> Any:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distance = np.log(np.ma.filled(ratio, np.nan))
+        return np.where(distance < 0.0, distance / below, distance / above)
+
+    def ratio(place: Any) -> Any:
+        return np.exp(np.where(np.asarray(place) < 0.0, place * below, place * above))
+
+    return FuncNorm((place, ratio), float(np.exp(-below)), float(np.exp(above)))
 
 
 def _range(array: xr.DataArray) -> tuple[float, float]:
@@ -473,7 +492,13 @@ def _ratio_ticks(low: float, high: float) -> list[float]:
     ticks: Sequence[float] = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
     if high < 3.0 * low:
         ticks = MaxNLocator(6).tick_values(low, high)
-    return [float(tick) for tick in ticks if low <= tick <= high]
+    shown = [float(tick) for tick in ticks if low <= tick <= high]
+    # The colours of one side of 1 have a number, however narrow its range is.
+    if low < 0.99 and not any(tick < 1.0 for tick in shown):
+        shown.insert(0, math.ceil(100.0 * low) / 100.0)
+    if high > 1.01 and not any(tick > 1.0 for tick in shown):
+        shown.append(math.floor(100.0 * high) / 100.0)
+    return shown
 
 
 def _classes(array: xr.DataArray, classes: Sequence[tuple[str, str]]) -> list[Artist]:

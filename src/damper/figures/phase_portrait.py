@@ -32,6 +32,8 @@ _MOST_POINTS = 5_000
 _STEPS = {1: 9, 2: 5, 3: 3}
 #: Distinct points of a section up to which each is drawn large.
 _FEW = 16
+#: Size of the marks of other sections times the root of their number.
+_INK = 60.0
 
 
 class PhasePortrait(FigureSettings):
@@ -115,7 +117,8 @@ def _section(ax: Axes, run: xr.Dataset, text: str) -> None:
         return
     period = period_of(points)
     few = 0 < period <= _FEW
-    size = 6.0 if few else 2.2
+    # A single point is seen, and thousands do not make one.
+    size = 6.0 if few else float(np.clip(_INK / np.sqrt(len(points)), 2.2, 6.0))
     ax.plot(*points.T, ".", ms=size, mew=0.0, color=PRIMARY, rasterized=True)
     found = f"{period} point{'s' if period > 1 else ''}" if period else "no period found"
     title(ax, f"{text}Poincaré map, {found} ({len(points)} taken)")

@@ -125,7 +125,10 @@ def _prefix(units: str) -> int:
 def head(
     figure: Figure, place: xr.Dataset, caption: str | None, *, remarks: Iterable[str] = ()
 ) -> None:
-    """Write the heading: caption or title, then every value that is the same throughout."""
+    """Write the heading: caption or title, then every value that is the same throughout.
+
+    A value that a study need not give, such as a phase of 0, is left out.
+    """
     coords = place.coords
     force = force_settings(place)
     # The clock of what is given by its times says nothing.
@@ -136,6 +139,7 @@ def head(
         place_text(place, name, coords[name].item())
         for name in (*quantities_in(coords), "direction", "draw")
         if name in coords and coords[name].ndim == 0 and name not in hidden
+        if name not in ALL or coords[name].item() != ALL[name].default
     ]
     if force:
         kind, *rest = force_text(force, is_si(map(str, coords))).split(", ")

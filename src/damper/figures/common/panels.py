@@ -13,6 +13,8 @@ from damper.parameters.lazy import Artist, Axes, Figure, xr
 
 #: Height of a line of a legend in inches.
 _LINE = 0.145
+#: Least distance of labels at the ends of lines, in inches of a panel with all about it.
+_END = 0.17
 
 
 def parts(place: xr.Dataset, axis: str | None) -> list[tuple[str, xr.Dataset]]:
@@ -75,6 +77,30 @@ def title(ax: Axes, text: str, **style: Any) -> None:
     """Write above a panel, on the left, what it shows."""
     if text:
         ax.set_title(text, loc="left", **style)
+
+
+def label_ends(ax: Axes, lines: Sequence[Any], texts: Sequence[str], inches: float) -> None:
+    """Write beside the right end of each line of a panel what it is, in its colour.
+
+    Texts keep a distance in a panel as high as `inches`; each is as near to its line as it can be.
+    """
+    ends = []
+    for line, text in zip(lines, texts, strict=True):
+        y = np.asarray(line.get_ydata(), float)
+        known = y[np.isfinite(y)]
+        if known.size:
+            point = ax.transData.transform((ax.get_xlim()[1], known[-1]))
+            ends.append((ax.transAxes.inverted().transform(point)[1], text, line.get_color()))
+    ends.sort(key=lambda end: end[0])
+    step = min(_END / inches, 1.0 / max(len(ends) - 1, 1))
+    heights = np.array([min(max(end[0], 0.0), 1.0) for end in ends])
+    order = step * np.arange(len(ends))
+    # Each at least a step above the one before, and none above the panel.
+    heights = np.maximum.accumulate(heights - order) + order
+    heights = np.minimum(heights, 1.0 - order[::-1])
+    for height, (_, text, colour) in zip(heights, ends, strict=True):
+        place: dict[str, Any] = {"transform": ax.transAxes, "va": "center", "fontsize": 7.0}
+        ax.text(1.02, height, text, color=colour, **place)
 
 
 def note_empty_panel(ax: Axes, text: str = "no run finished here", **style: Any) -> None:

@@ -201,13 +201,29 @@ def in_unit(factor: float) -> Formatter:
     return made
 
 
+def mirror_kind(name: str) -> tuple[object, ...]:
+    """What a motion that `damper.analysis.attractors` names has in common with its mirror image.
+
+    Examples
+    --------
+    >>> mirror_kind("period 1, impacts 1 left, 2 right") == mirror_kind(
+    ...     "period 1, impacts 2 left, 1 right")
+    True
+    """
+    numbers = [int(number) for number in re.findall(r"\d+", name)]
+    if not numbers:
+        return (name,)
+    impacts = numbers[1:] * (2 if "each wall" in name else 1)
+    return (numbers[0], "symmetric" in name, *sorted(impacts))
+
+
 def motion_colours(names: Sequence[str]) -> dict[str, str]:
     """Colour of each motion that `damper.analysis.attractors` names, the same in all figures.
 
     Its hue is that of its period and impacts, dark and light for a mirror pair. Where two kinds of
     one figure would share a hue, the later takes the next that is free.
     """
-    taken: dict[tuple[int, ...], int] = {}
+    taken: dict[tuple[object, ...], int] = {}
     colours = {}
     for name in names:
         numbers = [int(number) for number in re.findall(r"\d+", name)]
@@ -218,7 +234,7 @@ def motion_colours(names: Sequence[str]) -> dict[str, str]:
         # Modulo seven a motion, its period doubled and doubled again have three hues.
         order = [(period + sum(impacts) + k) % len(_HUES) for k in range(len(_HUES))]
         free = [hue for hue in order if hue not in taken.values()] or order
-        hue = taken.setdefault((period, "symmetric" in name, *sorted(impacts)), free[0])
+        hue = taken.setdefault(mirror_kind(name), free[0])
         colours[name] = _HUES[hue]["to the left" in name or impacts != sorted(impacts)]
     return colours
 
