@@ -85,6 +85,34 @@ def test_derivatives_are_those_of_runs(kind):
         assert error.max() < 1e-4 * abs(jacobian[:, j]).max(), asked.unknowns[j].name
 
 
+def test_all_that_was_tried_has_the_noise_that_was_found():
+    """Records of two kinds: the noise of each is found late, and what was tried before counts."""
+    times, values, events = decay(0.4, 101)
+    rng = np.random.default_rng(4)
+    impacts = events["time"][events["kind"] == damper.IMPACT]
+    records = [
+        damper.Recording(
+            times, values + 1e-4 * rng.standard_normal(len(times)), kind="displacement"
+        ),
+        damper.Recording(impacts + 2e-3 * rng.standard_normal(len(impacts)), kind="impacts"),
+    ]
+    known = {name: value for name, value in TRUE.items() if name != "restitution"}
+    asked = RecordedDamper(known, records, ["restitution"], {"restitution": 0.6}, {})
+    fitter = Fitter(asked)
+    point = fitter.start(0)
+    for r in (0.45, 0.55, 0.75):
+        fitter.fit(np.array([r, *point[1:]]), 1.0, 1)
+    before = list(asked.noise)
+    fit = fitter._weighed(fitter.fit(point, 1.0, 8))
+    assert asked.noise[0] < 0.1 * before[0]  # of both, other parts
+    assert asked.noise[1] / before[1] != pytest.approx(asked.noise[0] / before[0], rel=0.5)
+    for cost, there in fitter.tried:
+        assert cost == pytest.approx(float(np.sum(asked.residuals(there)[0] ** 2)), rel=1e-6)
+    # Points far off are no part of the interval.
+    low, high = fitter.reach(fit, 2.0)
+    assert high[0] - low[0] < 0.05 < 0.75 - 0.45
+
+
 def test_a_ball_on_a_floor_by_the_law_of_free_fall():
     r, height = 0.83, 1.1
     times = 2.0 * math.sqrt(2.0 * height / 9.81) * r ** np.arange(1, 8)

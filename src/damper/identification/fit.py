@@ -174,8 +174,9 @@ class Fitter:
         self.least = math.inf
         #: Whether two rounds have ended in the best place.
         self.again = False
-        #: Sum of squares and point of all that was tried on the whole records.
-        self.tried: list[tuple[float, np.ndarray]] = []
+        #: Sum of squares of each record, in its own units, and point of all that was tried on the
+        #: whole records.
+        self.sums: list[tuple[np.ndarray, np.ndarray]] = []
 
     def best(self) -> Fit:
         """Return the best fit of all rounds of starts."""
@@ -197,6 +198,21 @@ class Fitter:
         best = self._weighed(best)
         return self.exact(self.fit(best.point, 1.0, _LAST))
 
+    @property
+    def tried(self) -> list[tuple[float, np.ndarray]]:
+        """Sum of squares over the noise and point of all that was tried on the whole records."""
+        weights = np.array(self.problem.noise) ** -2.0
+        return [(float(sums @ weights), point) for sums, point in self.sums]
+
+    def _keep(self, residuals: np.ndarray, point: np.ndarray) -> None:
+        """Keep what was tried on the whole records, whatever their noise turns out to be."""
+        sums, begin = [], 0
+        for record, noise in zip(self.problem.records, self.problem.noise, strict=True):
+            some = residuals[begin : begin + len(record.times)]
+            begin += len(record.times)
+            sums.append(float(some @ some) * noise**2)
+        self.sums.append((np.array(sums), point))
+
     def fits_in_part(self, fit: Fit) -> bool:
         """Whether a part of the records fits much better than the whole."""
         return fit.variance > max(_LARGER * self.least, _EXACT)
@@ -210,7 +226,7 @@ class Fitter:
 
     def _weighed(self, fit: Fit) -> Fit:
         """Return the fit with the noise of each kind of record as found."""
-        records, problem = self.problem.records, self.problem
+        records, problem, before = self.problem.records, self.problem, fit.variance
         for _ in range(3 if len({record.kind for record in records}) > 1 else 0):
             sums: dict[str, list[np.ndarray]] = {}
             for k, some in fit.each():
@@ -222,6 +238,7 @@ class Fitter:
                     size = math.sqrt(float(found @ found) / found.size / share)
                     problem.noise[k] = size or problem.noise[k]
             fit = self.fit(fit.point, 1.0, _WHOLE)
+        self.least *= fit.variance / before if before else 1.0
         return fit
 
     def _round(self, begin: int, count: int, kept: int) -> Fit:
@@ -293,7 +310,7 @@ class Fitter:
                 missed = missed + some @ step
             found.append((float(missed @ missed), there))
         if parts[-1] == 1.0:
-            self.tried.append(found[-1])
+            self._keep(missed, there)
         return found
 
     def _inside(self, part: float, whole: float) -> np.ndarray:
@@ -344,7 +361,7 @@ class Fitter:
             jacobian = np.insert(jacobian, fixed, 0.0, axis=1)
         fit = Fit(self.problem, whole(found.x), found.fun, jacobian, found.status > 0)
         if part == 1.0:
-            self.tried.append((fit.cost, fit.point))
+            self._keep(fit.residuals, fit.point)
         return fit
 
     def profile(self, fit: Fit, j: int, way: float) -> Iterator[Fit]:
