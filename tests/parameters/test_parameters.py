@@ -130,6 +130,15 @@ def test_values_choose_the_model(options: dict[str, float], model: str) -> None:
     assert Parameters(**GOOD, **options).model == model
 
 
+def test_each_has_every_mass_and_masses_the_list_as_given() -> None:
+    """Without a list there is one mass; a list of one mass stays a list."""
+    alone = Parameters(**GOOD, friction=0.1)
+    assert (alone.masses, alone.each, alone.features) == (None, (alone,), ("sliding",))
+    listed = Parameters(**GOOD, friction=0.1, masses=[{}])
+    assert (listed.masses, listed.each) == (((),), (alone,))
+    assert (listed.model, listed.features) == ("several", ("several", "sliding"))
+
+
 @pytest.mark.parametrize(("options", "words"), MISTAKES["options"])
 def test_options_that_contradict_each_other(options: dict[str, float], words: str) -> None:
     assert refused(Parameters, {**GOOD, **options}).startswith(words)

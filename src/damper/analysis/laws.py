@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 from damper.analysis.places import require_variables
 from damper.observers.common.laws import LAW_NAMES, excess
 from damper.parameters.lazy import pd, xr
-from damper.parameters.masses import split
 from damper.parameters.named import damper_of
+from damper.parameters.names import split
 from damper.parameters.quantities import ALL, DIMENSIONLESS_NAMES, PARAMETER_NAMES
 from damper.parameters.tables import beside_numbers
 from damper.parameters.variables import STATUS_MEANINGS

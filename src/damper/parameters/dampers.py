@@ -384,7 +384,7 @@ class Parameters(QuantityClass):
 
     @cached_property
     def each(self) -> tuple["Parameters", ...]:
-        """A damper with one free mass for each that there is."""
+        """A damper with one free mass for each mass, also where there is no list of masses."""
         if self.masses is None:
             return (self,)
         made, common = [], {name: getattr(self, name) for pair in _FACTORS.items() for name in pair}
@@ -411,7 +411,7 @@ class Parameters(QuantityClass):
 
     @cached_property
     def model(self) -> str:
-        """Which of `damper.models` these parameters ask for."""
+        """The first of `features`: the cost of an impact depends on it most."""
         return self.features[0]
 
     @cached_property

@@ -7,13 +7,11 @@ mass 1; by this name it can be an axis, be drawn, or replace a value.
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from damper.parameters.names import OF_A_MASS, OF_ANY_MASS, unknown_name
+from damper.parameters.names import MOST_MASSES, OF_A_MASS, OF_ANY_MASS, split, unknown_name
 from damper.parameters.quantity import in_range, real, whole
 from damper.parameters.tables import WALL_TABLES, read_table
 from damper.parameters.unit_text import number_in
 
-#: Most masses of a damper.
-MOST_MASSES = 100
 #: Arguments of `equal_masses`.
 EQUAL = ("count", "clearance_spread")
 
@@ -96,21 +94,6 @@ def listed(given: Any, names: Sequence[str] = (*OF_ANY_MASS, *WALL_TABLES)) -> l
             f"masses: {len(read)} are given; must be 1 to {MOST_MASSES}, or left out for one"
         )
     return read
-
-
-def split(name: object, names: Sequence[str] = OF_ANY_MASS) -> tuple[str, int] | None:
-    """Return quantity and number of the mass that a name has, none for other names.
-
-    Examples
-    --------
-    >>> split("restitution_left_1"), split("clearance")
-    (('restitution_left', 1), None)
-    """
-    if not isinstance(name, str):
-        return None
-    common, _, number = name.rpartition("_")
-    is_number = number.isdecimal() and number == str(int(number)) and int(number) < MOST_MASSES
-    return (common, int(number)) if is_number and common in names else None
 
 
 def own_values(masses: Iterable[Mapping[str, Any]]) -> dict[str, Any]:

@@ -10,8 +10,8 @@ from functools import lru_cache
 from typing import Any, TypeVar
 
 from damper.parameters.dampers import Parameters, SIParameters
-from damper.parameters.masses import changed_in, split, value_in, with_own
-from damper.parameters.names import OF_ANY_MASS, unknown_name
+from damper.parameters.masses import changed_in, value_in, with_own
+from damper.parameters.names import OF_ANY_MASS, split, unknown_name
 from damper.parameters.quantities import INITIAL_NAMES, SI_ONLY, is_si, of_a_mass
 from damper.parameters.quantity import Quantity, check_needs
 from damper.parameters.tables import TABLE_SPEED, WALL_TABLES, tables_over

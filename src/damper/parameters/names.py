@@ -1,7 +1,7 @@
 """Names of quantities of single masses, and the right name for a wrong one."""
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 #: Quantities of a single mass, in the names of `damper.Parameters` and of `SIParameters`.
 OF_A_MASS = (
@@ -18,6 +18,8 @@ OF_A_MASS_STRUCTURE = (
     *("box", "free_mass", "gap", *OF_A_MASS[2:5], "friction_coefficient"),
     *("yield_speed", "yield_exponent", "tie_stiffness", "tie_damping", "pendulum_length"),
 )
+#: Most masses of a damper.
+MOST_MASSES = 100
 #: In either system.
 OF_ANY_MASS = tuple(dict.fromkeys((*OF_A_MASS, *OF_A_MASS_SI)))
 
@@ -34,6 +36,21 @@ REPLACED = dict.fromkeys(
     "burst_onset_period": "burst_onset_cycle",
     "burst_onset_time_in_period": "burst_onset_time_in_cycle",
 }
+
+
+def split(name: object, names: Sequence[str] = OF_ANY_MASS) -> tuple[str, int] | None:
+    """Return quantity and number of the mass that a name has, none for other names.
+
+    Examples
+    --------
+    >>> split("restitution_left_1"), split("clearance")
+    (('restitution_left', 1), None)
+    """
+    if not isinstance(name, str):
+        return None
+    common, _, number = name.rpartition("_")
+    is_number = number.isdecimal() and number == str(int(number)) and int(number) < MOST_MASSES
+    return (common, int(number)) if is_number and common in names else None
 
 
 def nearest(name: str, names: Iterable[str]) -> str:

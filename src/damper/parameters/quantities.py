@@ -6,8 +6,7 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from damper.parameters.dampers import SI_NAME, Parameters, SIParameters
-from damper.parameters.masses import split
-from damper.parameters.names import NAMES_BY_SYMBOL, OF_ANY_MASS
+from damper.parameters.names import NAMES_BY_SYMBOL, OF_ANY_MASS, split
 from damper.parameters.quantity import Quantity as Quantity
 from damper.parameters.quantity import real as real
 from damper.parameters.state import INITIAL_QUANTITIES as INITIAL_QUANTITIES

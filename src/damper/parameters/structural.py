@@ -21,8 +21,8 @@ from damper.parameters.forcing import (
     check_force,
     read_forcing,
 )
-from damper.parameters.masses import Mass, listed, split, with_own
-from damper.parameters.names import OF_A_MASS_STRUCTURE, unknown_name
+from damper.parameters.masses import Mass, listed, with_own
+from damper.parameters.names import OF_A_MASS_STRUCTURE, split, unknown_name
 from damper.parameters.quantity import Quantity, QuantityClass, quantity, shared
 from damper.parameters.structure import Structure
 from damper.parameters.tables import WALL_TABLES

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from typing import Any
 
+from damper.parameters.names import split
 from damper.parameters.quantity import real
 from damper.parameters.record_file import RecordFile
 
@@ -124,7 +125,7 @@ def beside_numbers(masses: int = 0, tables: Mapping[str, Table] | None = None) -
     if masses:
         own: list[dict[str, Any]] = [{} for _ in range(masses)]
         for name, rows in tables.items():
-            common, _, k = name.rpartition("_")
-            own[int(k)][common] = rows
+            [(common, k)] = filter(None, [split(name, WALL_TABLES)])
+            own[k][common] = rows
         made["masses"] = own
     return made

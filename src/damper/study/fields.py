@@ -34,8 +34,8 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, PydanticCustomError, PydanticKnownError, core_schema
 
-from damper.parameters.masses import MOST_MASSES, equal_masses, split
-from damper.parameters.names import OF_ANY_MASS
+from damper.parameters.masses import equal_masses
+from damper.parameters.names import MOST_MASSES, OF_ANY_MASS, split
 from damper.parameters.quantities import ALL
 from damper.parameters.unit_text import SIZES, number_in
 from damper.study.axes import MOST_VALUES

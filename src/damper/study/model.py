@@ -14,10 +14,10 @@ from pydantic import Field
 
 from damper.parameters import Parameters
 from damper.parameters.forcing import EACH_DRAW, HARMONIC, Forcing, force_text, left_out
-from damper.parameters.masses import MOST_MASSES, own_values, split
+from damper.parameters.masses import own_values
 from damper.parameters.models import models_of
 from damper.parameters.named import damper_of
-from damper.parameters.names import OF_ANY_MASS
+from damper.parameters.names import MOST_MASSES, OF_ANY_MASS, split
 from damper.parameters.quantities import (
     ALL,
     INITIAL_NAMES,

@@ -8,8 +8,7 @@ from typing import Any
 
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import EACH_DRAW
-from damper.parameters.masses import split
-from damper.parameters.names import OF_ANY_MASS
+from damper.parameters.names import OF_ANY_MASS, split
 from damper.parameters.quantities import INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.estimate import MOST_SLICES, refuse_excess
 from damper.study.messages import Mistakes

@@ -22,7 +22,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from damper.observers import OBSERVERS, observer_class
 from damper.observers.common.settings import AxisPlace, Setting, Visibility
-from damper.parameters.masses import split
+from damper.parameters.names import split
 from damper.parameters.quantities import (
     ALL,
     DIMENSIONLESS_ONLY,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from damper.parameters.masses import split
+from damper.parameters.names import split
 from damper.parameters.quantities import INITIAL_NAMES
 
 #: Quantities other than 0 that give an idle free mass a velocity, or hold it in its place.

@@ -7,8 +7,8 @@ reference follow from that.
 from collections.abc import Mapping
 from typing import Any
 
-from damper.parameters.masses import MOST_MASSES
 from damper.parameters.models import ONE_MASS
+from damper.parameters.names import MOST_MASSES
 from damper.parameters.setting import Setting as Setting
 from damper.parameters.units import SI_UNITS, TIME
 

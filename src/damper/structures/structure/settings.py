@@ -13,8 +13,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from damper.analysis.labels import label_of
 from damper.parameters.dampers import SIParameters
-from damper.parameters.masses import split
-from damper.parameters.names import OF_A_MASS_STRUCTURE
+from damper.parameters.names import OF_A_MASS_STRUCTURE, split
 from damper.parameters.quantity import Quantity
 from damper.parameters.structural import StructureParameters
 from damper.parameters.structure import Structure

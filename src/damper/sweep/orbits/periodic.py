@@ -14,8 +14,8 @@ from damper.models.sensitivity import Stencil, model_along, neighbours
 from damper.models.tangent import OF_PARTED, parted_in
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import FORCINGS
-from damper.parameters.masses import split
 from damper.parameters.named import named_quantity, rates_of
+from damper.parameters.names import split
 from damper.parameters.quantity import whole
 from damper.parameters.units import LENGTH, SPEED, Units
 from damper.sweep.estimate import MOST_PERIODS
