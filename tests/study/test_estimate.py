@@ -154,6 +154,40 @@ def test_check_says_that_all_runs_start_at_exact_rest(
     assert ("small: all runs start at exact rest" in capsys.readouterr().out) == noted
 
 
+SI = """\
+title: In SI units
+source: our own
+parameters: {primary_mass: 800, damping: 480, force_amplitude: 1e-3, free_mass: 40,
+  restitution: 0.5}
+masses: [{gap: 20 mm}, {gap: 15}]
+forcing: base
+axes: {stiffness: {values: [1e5, 2e6]}, forcing_frequency: {values: [0.04, 24], unit: Hz}}
+transient: 10
+periods: 10
+observers: {response: }
+"""
+
+
+def test_check_asks_about_values_that_few_machines_have(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "si.yaml"
+    for text, asked in (
+        (SI, ["gap_1 = 15 m", "forcing_frequency = 0.04 Hz"]),
+        (SI.replace("15", "15 mm").replace("0.04, 24", "1, 24"), []),
+        (
+            SI.replace("15", "15 mm").replace("0.04", "20").replace("480", "48000")
+            .replace("amplitude: 1e-3", "amplitude: 3"),
+            ["base_amplitude = 3 m", "damping_ratio = 0.6"],
+        ),
+    ):  # fmt: skip
+        path.write_text(text)
+        assert check.main([str(path)]) == 0
+        printed = capsys.readouterr().out
+        found = [line for line in printed.splitlines() if "is unusual" in line]
+        assert [line.removeprefix("si: ").partition(" is")[0] for line in found] == asked
+
+
 def test_check_names_what_this_machine_cannot_hold(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -15,6 +15,7 @@ from pydantic import BeforeValidator, Field
 from damper.parameters.forcing import Record
 from damper.parameters.record_file import Reading
 from damper.parameters.setting import Setting
+from damper.parameters.unusual import USUAL, unusual
 from damper.study.fields import Line, NamedMapping, Pair, StrictModel, Text, Unit
 from damper.study.forcing import Columns, Letter
 from damper.study.messages import Mistakes
@@ -56,18 +57,6 @@ _LEAST_TOLERANCE = 1e-6
 LARGEST_RESTITUTION = 0.999
 #: Materials at most: each gets an answer of its own.
 MOST_MATERIALS = 20
-#: What machines usually have: setting -> least, most, the same in another unit. Beyond these a
-#: unit may be wrong, which no refusal can know: a card says so.
-USUAL = {
-    "mass": (1e-3, 1e7, "0.5 t"),
-    "natural_frequency": (0.05, 2e4, "1200 rpm"),
-    "damping_ratio": (0.0, 0.3, "2 %"),
-    "base_amplitude": (1e-8, 0.5, "0.1 mm"),
-    "initial_displacement": (1e-7, 1.0, "10 mm"),
-    "largest_mass": (1e-6, 1e6, "500 g"),
-    "largest_gap": (1e-6, 0.5, "20 mm"),
-    "gap_tolerance": (0.0, 0.05, "0.1 mm"),
-}
 _MASS: Any = {"units": "kg", "ge": 1e-9, "le": 1e12}
 _LENGTH: Any = {"units": "m", "ge": 1e-12, "le": 1e6}
 
@@ -274,17 +263,8 @@ class Machine(Settings):  # type: ignore[misc]
     @property
     def unusual(self) -> tuple[str, ...]:
         """A sentence for each value that few machines have, such as a gap of 20 m."""
-        found = []
-        for name, (least, most, example) in USUAL.items():
-            value, unit = getattr(self, name), SETTINGS[name].units
-            if value is not None and not least <= value <= most:
-                found.append(
-                    f"{name} = {f'{value:g} {unit}'.strip()} is unusual: {least:g} to {most:g} "
-                    f"{unit}".strip()
-                    + f" is usual. Is another unit meant, as in {example}? It is "
-                    "taken as it stands."
-                )
-        return tuple(found)
+        given = {name: getattr(self, name) for name in USUAL if name in SETTINGS}
+        return unusual({name: [value] for name, value in given.items() if value is not None})
 
     @property
     def notes(self) -> tuple[str, ...]:
