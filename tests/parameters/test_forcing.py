@@ -163,7 +163,8 @@ FORMATS: dict[str, list[tuple[str, Any, dict[str, Any], str]]] = {
     ],
     "decimal commas": [
         ("csv", "0;2,0\n0,5;-1\n", {}, "semicolons between columns, decimal commas"),
-        ("csv", "2,0\n-1,0\n", {"step": 0.5}, "decimal commas, one column"),
+        ("csv", "2,00\n-1,0\n", {"step": 0.5}, "decimal commas, one column"),
+        ("csv", "2,0\n-1,0\n", {"step": 0.5, "delimiter": ";"}, "decimal commas, one column"),
     ],
     "more columns": [
         ("csv", "t,n,e\n0,7,2\n0.5,7,-1\n", {"columns": ["t", "e"]}, ""),
@@ -220,6 +221,15 @@ def test_each_format_of_the_documents_is_read(tmp_path: Path, row: str) -> None:
         assert layout or not found.layout
         same = read_recording(path, "acceleration", **how)
         assert (same.times.tolist(), same.values.tolist()) == ([0.0, 0.5], [2.0, -1.0])
+
+
+def test_a_comma_between_whole_numbers_is_asked_about(tmp_path: Path) -> None:
+    (path := tmp_path / "a.csv").write_text("0,1\n1,2\n")
+    assert "line 1: 0,1 may be two columns or one number" in refused(
+        lambda: Record.read(path, step=0.5)
+    )
+    assert Record.read(path, 1, step=0.5).value.tolist() == [1.0, 2.0]
+    assert Record.read(path, step=0.5, delimiter=";").value.tolist() == [0.1, 1.2]
 
 
 def test_a_peer_file_says_its_samples_and_its_unit(tmp_path: Path) -> None:

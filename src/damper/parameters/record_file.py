@@ -390,6 +390,15 @@ class RecordFile:
                 "must be one of them"
             )
         self._decimal = min(signs, default=".")
+        alone = self._step is not None and self._columns is None
+        # Numbers such as 1,05: no second column of whole numbers has 05.
+        told = self._separator != " " or re.search(rb",0\d", self._data)
+        if alone and self._decimal == "," and not told:
+            number, text = next(row for row in self._rows() if "," in row[1])
+            raise ValueError(
+                f"{self.path}, line {number}: {text.strip()} may be two columns or one number: "
+                "`columns` must say which is the value, or `delimiter` be ';' for decimal commas"
+            )
 
 
 def split_unit(head: str, unit: str) -> tuple[str, str]:
