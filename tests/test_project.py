@@ -19,7 +19,8 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from damper.study.config import load_study
+from damper.study.config import load_config, load_study
+from damper.study.estimate import estimate
 from damper.study.model import Study
 
 ROOT = Path(__file__).parents[1]
@@ -268,6 +269,12 @@ def test_example_study_in_the_documents_is_a_study(tmp_path):
     path = tmp_path / "example.yaml"
     path.write_text(block)
     assert load_study(path).fan_axes == ("frequency_ratio",)
+
+
+def test_the_folder_of_catalogues_asks_for_one_small_study():
+    config = load_config({}, ROOT, [ROOT / ".test/config/config.yaml"])
+    (name,) = config.default
+    assert estimate(config.studies[name]).seconds < 60.0
 
 
 @pytest.mark.parametrize(
