@@ -92,7 +92,7 @@ class Laws(Observer):
 def _follow(model, tables, log, records, last, masses):
     found = records[0]
     for index in range(len(log)):
-        if not np.all(np.isfinite(log[index])):
+        if not math.isfinite(np.sum(log[index])):
             found.not_finite += 1.0
         s = read_segment(model, log[index])
         if found.segments > 0.0:
