@@ -6,6 +6,7 @@ import pytest
 import damper
 from damper.models import check_state
 from damper.parameters.structural import StructureParameters
+from damper.sweep.points import require_parameters
 
 M = [[2.0, 0.1], [0.1, 1.0]]
 C = [[0.2, -0.1], [-0.1, 0.1]]
@@ -286,4 +287,4 @@ def test_the_state_of_a_structure_has_a_value_for_each_coordinate():
 
 def test_what_follows_no_structure_says_so():
     with pytest.raises(TypeError, match=r"only damper\.events, damper\.start, damper\.run, "):
-        damper.periodic_orbit(parameters())
+        require_parameters(parameters())

@@ -36,7 +36,7 @@ from damper.models import model_of
 from damper.models.flights import course_of
 from damper.models.tangent import enter, joins, over_time, velocities_after
 from damper.parameters import Parameters
-from damper.parameters.named import value_of, with_values
+from damper.parameters.named import size_of, value_of, with_values
 
 #: Values beside a parameter's own, in steps: on both sides of it, or on one where its range ends or
 #: another model begins.
@@ -72,7 +72,11 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
     rubs = along_friction(rates)
     own = {name: value_of(parameters, name) for name in rates}
     step = min(
-        (max(_STEP * abs(own[name]), _LEAST) / abs(rates[name]) for name in rates if rates[name]),
+        (
+            max(_STEP * abs(own[name]), _LEAST * size_of(parameters, name)) / abs(rates[name])
+            for name in rates
+            if rates[name]
+        ),
         default=1.0,
     )
     for steps in _STENCILS:
@@ -86,9 +90,7 @@ def neighbours(parameters: Parameters, rates: Mapping[str, float]) -> Stencil:
             ]
         except ValueError:
             continue
-        kinds = {
-            (type(m), type(m.law), type(m.free.forcing), type(m.stuck.forcing)) for m in models
-        }
+        kinds = {tuple(map(type, (m, m.law, m.free.forcing, _joined(m)))) for m in models}
         if len(kinds) == 1:
             # Exact for polynomials of the third degree.
             powers = np.vander(steps, increasing=True).T
@@ -108,6 +110,11 @@ def along_friction(names: Collection[str]) -> bool:
     return any(name.startswith("friction") for name in names)
 
 
+def _joined(model: Any) -> Any:
+    """What drives the primary with joined masses, where a model has that."""
+    return model.stuck.forcing if hasattr(model, "stuck") else None
+
+
 @singledispatch
 def clearances_of(model: Any) -> np.ndarray:
     """Clearance of each free mass."""
@@ -118,6 +125,12 @@ def clearances_of(model: Any) -> np.ndarray:
 def wall_of(model: Any, segment: Any, k: int) -> tuple[float, float]:
     """Side of the wall of a free mass, and how the mass moves."""
     return segment.side, segment.mode
+
+
+@by_class_or_default
+def first_place(model: Any) -> int:
+    """Which component of a state is the place of the first free mass."""
+    return 2
 
 
 @by_class_or_default
@@ -152,7 +165,7 @@ def _shift(model, s, stencil, change, sign, on_walls, off_walls):
         side, mode = wall_of(model, s, k)
         touches = mode in (STICKING, TAIL, CONTACT)
         if (touches and on_walls) or (not touches and off_walls):
-            change[2 + 2 * k, 0] += sign * side * stencil.clearance[k]
+            change[first_place(model) + 2 * k, 0] += sign * side * stencil.clearance[k]
 
 
 @compiled

@@ -334,6 +334,30 @@ def parted_in(model: Any, log: np.ndarray) -> np.ndarray:
     return np.zeros(1, int)
 
 
+@singledispatch
+def coordinates_in(model: Any) -> int:
+    """How many coordinates the primary has. This and the next three never run compiled."""
+    return 1
+
+
+@singledispatch
+def fastest_of(model: Any) -> float:
+    """Largest rate of the primary between events, where that is not 1."""
+    return 1.0
+
+
+@singledispatch
+def of_state(model: Any, deviations: np.ndarray) -> np.ndarray:
+    """Deviations that `follow` takes, from those of a state's components; `to_state` inverts it."""
+    return deviations
+
+
+@singledispatch
+def to_state(model: Any, deviations: np.ndarray) -> np.ndarray:
+    """Deviations of a state's components, from those that `follow` has taken."""
+    return deviations
+
+
 #: Factor of deviations that part places, and velocities, of masses in step, by `parted_in`. Slides
 #: that turn round one after the other have no linear one.
 OF_PARTED = np.array([[1.0, 1.0], [1.0, np.nan], [1.0, 0.0], [np.inf, np.inf], [0.0, 0.0]])
@@ -341,10 +365,10 @@ OF_PARTED = np.array([[1.0, 1.0], [1.0, np.nan], [1.0, 0.0], [np.inf, np.inf], [
 
 def directions_at(model: Any, row: np.ndarray) -> np.ndarray:
     """Deviations at a row of the log, a column each: masses in step are moved as one."""
-    leaders = leaders_of(model, row)
-    deviations = np.eye(2 + 2 * len(leaders))
+    leaders, first = leaders_of(model, row), 2 * coordinates_in(model)
+    deviations = np.eye(first + 2 * len(leaders))
     for k in np.flatnonzero(leaders != np.arange(len(leaders))):
-        for column in (2, 3):
+        for column in (first, first + 1):
             if leaders[k] >= 0:
                 deviations[column + 2 * k, column + 2 * leaders[k]] = 1.0
             deviations[column + 2 * k, column + 2 * k] = 0.0
@@ -381,13 +405,13 @@ def derivative(
     deviations, begun = np.empty(0), False
     for log in trajectory.segments(periods, time):
         if not begun:
-            deviations = directions_at(trajectory.model, log[0])
+            deviations = of_state(trajectory.model, directions_at(trajectory.model, log[0]))
         follow(trajectory.model, log, deviations, begun)
         begun = True
         if keep is not None:
             keep.append(log.copy())
     require_bounded(trajectory.model, deviations)
-    return deviations
+    return to_state(trajectory.model, deviations)
 
 
 def require_bounded(model: Any, deviations: np.ndarray) -> None:

@@ -279,6 +279,10 @@ after_impact = made_of(
 _as = changed(Segment, "mode", "completion")
 
 
+#: Relative velocity, over the terms of which a box's velocity is the sum, that is roundoff.
+TOUCHES = 4.0 * ROUNDOFF
+
+
 @compiled
 def slack(clearance: float, x: float, y: float) -> float:
     """Distance to a wall within which the free mass counts as in contact at the start."""

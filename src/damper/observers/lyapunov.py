@@ -10,6 +10,7 @@ from damper.engine.segment import IMPACT, REVERSAL
 from damper.engine.trajectory import Trajectory
 from damper.models.tangent import (
     OF_PARTED,
+    coordinates_in,
     damping_in,
     directions_at,
     enter,
@@ -59,7 +60,7 @@ class Lyapunov(Observer):
     Everything stays missing where the run stopped early.
     """
 
-    models = ON_PRIMARY
+    models = (*ON_PRIMARY, "structure")
     exponents = Setting(4, "How many exponents to follow, the largest.", ge=1, le=202)
     variables = (
         Variable("largest_lyapunov_exponent", "largest Lyapunov exponent per cycle", "1"),
@@ -118,6 +119,7 @@ class Lyapunov(Observer):
             self._volume,
             self._totals,
             self._own,
+            2.0 * coordinates_in(self._model),
         )
 
     def _take_frame(self, row: np.ndarray) -> None:
@@ -125,8 +127,9 @@ class Lyapunov(Observer):
         leaders = leaders_of(self._model, row)
         self._own = (leaders == np.arange(len(leaders))).astype(float)
         self._follows = (leaders >= 0) & (self._own == 0.0)
-        self._directions = 2 + 2 * int((leaders >= 0).sum())
-        kept = np.repeat(np.append(1.0, self._own), 2) > 0.0
+        primary = coordinates_in(self._model)
+        self._directions = 2 * primary + 2 * int((leaders >= 0).sum())
+        kept = np.repeat(np.append(np.ones(primary), self._own), 2) > 0.0
         frame = directions_at(self._model, row)[:, kept]
         if len(leaders) > 1:
             # A coordinate vanishes where its mass rests, so no direction may consist of it alone:
@@ -163,7 +166,7 @@ class Lyapunov(Observer):
 
 
 @compiled
-def _follow(model, log, window, frame, growth, volume, totals, own):
+def _follow(model, log, window, frame, growth, volume, totals, own, primary):
     total = totals[0]
     for index in range(len(log)):
         s = read_segment(model, log[index])
@@ -186,7 +189,7 @@ def _follow(model, log, window, frame, growth, volume, totals, own):
         damped = damping_in(model, s) * (high - low)
         volume[0] -= damped
         pieces = 1 + int(damped / _SHRUNK)
-        left = 2.0 + 2.0 * own.sum() - total.lost
+        left = primary + 2.0 * own.sum() - total.lost
         for piece in range(pieces):
             begin = low + (high - low) * piece / pieces
             over_time(model, s, begin, begin + (high - low) / pieces, frame)

@@ -14,6 +14,7 @@ from damper.parameters.masses import changed_in, value_in, with_own
 from damper.parameters.names import OF_ANY_MASS, split, unknown_name
 from damper.parameters.quantities import INITIAL_NAMES, SI_ONLY, is_si, of_a_mass
 from damper.parameters.quantity import Quantity, check_needs
+from damper.parameters.structural import ScaledParameters, StructureParameters
 from damper.parameters.tables import TABLE_SPEED, WALL_TABLES, tables_over
 
 Names = tuple[str, ...]
@@ -25,6 +26,8 @@ def named_quantity(parameters: Parameters | SIParameters, name: str) -> Quantity
     names."""
     if not isinstance(name, str):
         raise TypeError(f"parameter = {name!r}: must be the name of a parameter")
+    if isinstance(parameters, StructureParameters):
+        return parameters.quantity_of(name)
     varied = {q.name: q for q in parameters.quantities if not q.whole}
     varied |= {
         f"{of}_{k}": of_a_mass(varied[of], k)
@@ -42,6 +45,8 @@ def named_quantity(parameters: Parameters | SIParameters, name: str) -> Quantity
 
 def value_of(parameters: Parameters | SIParameters, name: str) -> float:
     """Value of a number of a damper; a mass without one of its own has that of all."""
+    if isinstance(parameters, ScaledParameters | StructureParameters):
+        return parameters.value_of(name)
     own = parameters.forcing.numbers
     if name == TABLE_SPEED:
         return 1.0
@@ -51,7 +56,9 @@ def value_of(parameters: Parameters | SIParameters, name: str) -> float:
 
 
 def with_values(parameters: Damper, values: Mapping[str, float]) -> Damper:
-    """Return the damper with other values of some numbers."""
+    """Return the damper with other values of some numbers; on a structure in the same units."""
+    if isinstance(parameters, ScaledParameters | StructureParameters):
+        return parameters.beside(values)
     forcing = parameters.forcing
     of_force = {name: v for name, v in values.items() if name in forcing.numbers}
     others = {name: v for name, v in values.items() if name not in of_force}
@@ -65,7 +72,12 @@ def with_values(parameters: Damper, values: Mapping[str, float]) -> Damper:
 
 
 def rates_of(parameters: Parameters | SIParameters, name: str) -> dict[str, float]:
-    """As `SIParameters.rates`; the numbers of a force have no units."""
+    """As `SIParameters.rates`; the numbers of a force have no units.
+
+    On a structure parameters are not scaled.
+    """
+    if isinstance(parameters, StructureParameters):
+        return {name: 1.0}
     own = parameters.forcing.numbers
     return {name: 1.0} if name in own else parameters.rates(name)
 
@@ -82,6 +94,11 @@ def completed(values: Mapping[str, Any]) -> dict[str, Any]:
         return dict(values)
     kind = Parameters if SI_ONLY.isdisjoint(values) else SIParameters
     return {**kind.left_out(values["forcing"]), **values}
+
+
+def size_of(parameters: Parameters, name: str) -> float:
+    """Size of a change of a number that counts as of order 1."""
+    return parameters.size_of(name) if isinstance(parameters, ScaledParameters) else 1.0
 
 
 # The points of a study all have the same names.

@@ -110,9 +110,12 @@ class ScaledParameters:
     force_amplitude: float
     phase: float
     forcing: Forcing
+    origin: "StructureParameters"
+    """What is scaled."""
     model = "structure"
     units = NO_UNITS
     hits_stop = False
+    walls = 0.0
 
     @property
     def cycle(self) -> float:
@@ -138,6 +141,23 @@ class ScaledParameters:
     def dimensionless(self) -> "ScaledParameters":
         """These parameters."""
         return self
+
+    def value_of(self, name: str) -> float:
+        """As that of `StructureParameters`, in SI units."""
+        return self.origin.value_of(name)
+
+    def beside(self, values: Mapping[str, float]) -> "ScaledParameters":
+        """As that of `StructureParameters`, of values in SI units."""
+        return self.origin.beside(values).dimensionless
+
+    def size_of(self, name: str) -> float:
+        """Size of a change of a quantity that counts as of order 1, in its SI unit."""
+        units = self.origin.units
+        mass = units.energy / units.speed**2
+        sizes = {"m": units.length, "kg": mass, "m/s": units.speed, "m/s2": units.acceleration}
+        sizes |= dict.fromkeys(("rad/s", "Hz"), 1.0 / units.time)
+        sizes |= {"N/m": mass / units.time**2, "N s/m": mass / units.time}
+        return sizes.get(self.origin.quantity_of(name).units, 1.0)
 
     # Values of the first mass, by which the contact law of a run is made.
 
@@ -465,6 +485,7 @@ class StructureParameters(QuantityClass, shares=SIParameters):
             force_amplitude=self.force_amplitude / amplitudes.get(force.amplitude, units.force),
             phase=self.phase,
             forcing=force.over(time),
+            origin=self,
         )
 
     @property
@@ -493,7 +514,8 @@ class StructureParameters(QuantityClass, shares=SIParameters):
         ValueError, TypeError
             For an unknown name, with the nearest one, and a mass that there is not.
         """
-        known = {q.name: q for q in (*self.quantities, *self.structure.quantities)}
+        own_numbers = *self.structure.quantities, *self.forcing.quantities
+        known = {q.name: q for q in (*self.quantities, *own_numbers)}
         common, number = split(name, OF_A_MASS_STRUCTURE) or (name, 0)
         if common not in known:
             own = (f"{one}_{k}" for k in range(len(self.each)) for one in OF_A_MASS_STRUCTURE[1:])
@@ -506,10 +528,11 @@ class StructureParameters(QuantityClass, shares=SIParameters):
         """Return these parameters with other values.
 
         `gap_1` is that of mass 1, from 0; `mode_1_frequency`, in Hz, and `mode_1_damping_ratio` are
-        those of the structure's first mode.
+        those of the structure's first mode; `harmonic_2` is a number of its force.
         """
         of_modes = {name: v for name, v in values.items() if name in self.structure.numbers}
-        changed = {name: v for name, v in values.items() if name not in of_modes}
+        of_force = {name: v for name, v in values.items() if name in self.forcing.numbers}
+        changed = {k: v for k, v in values.items() if k not in of_modes and k not in of_force}
         own = {name: changed.pop(name) for name in values if split(name, OF_A_MASS_STRUCTURE)}
         if own:
             given = changed.get("masses", self.masses)
@@ -517,7 +540,36 @@ class StructureParameters(QuantityClass, shares=SIParameters):
         if of_modes:
             structure = changed.get("structure", self.structure)
             changed["structure"] = structure.having(**of_modes)
+        if of_force:
+            changed["forcing"] = changed.get("forcing", self.forcing).having(of_force)
         return replace(self, **changed)
+
+    def value_of(self, name: str) -> float:
+        """Value of a number that `having` takes.
+
+        Raises
+        ------
+        ValueError, TypeError
+            As `quantity_of`, and where each mass has its own.
+        """
+        self.quantity_of(name)
+        numbers = self.structure.numbers | self.forcing.numbers
+        if name in numbers:
+            return numbers[name]
+        common, number = split(name, OF_A_MASS_STRUCTURE) or (name, -1)
+        own = dict(self.masses[number]) if number >= 0 and self.masses else {}
+        everywhere = [k for k, one in enumerate(self.masses or ()) if common in dict(one)]
+        if number < 0 and everywhere:
+            raise ValueError(f"{name}: masses[{everywhere[0]}] has its own; give {name}_0")
+        return float(own.get(common, getattr(self, common)))
+
+    def beside(self, values: Mapping[str, float]) -> "StructureParameters":
+        """As `having`, scaled in the units of these parameters."""
+        made = self.having(values)
+        made.__dict__.pop("units", None)
+        made.__dict__.pop("dimensionless", None)
+        made.__dict__["_sizes"] = self._sizes
+        return made
 
 
 def moves_base(forcing: Forcing) -> bool:

@@ -57,6 +57,7 @@ def simulate(
     With `structure`, or parameters that have one, runs are those of free masses on a structure:
     sequences make dimensions of `gap_0`, `mode_1_frequency` and other numbers, and every run is
     measured whole: motion of each point, energy of each mode, impacts of each free mass, powers.
+    Of the observers `lyapunov` alone goes with a structure.
 
     Else the parameters are those of `damper.Parameters`, or in their place those of
     `damper.SIParameters`: then initial quantities, yield speed and dataset are in m, s and J, too.
@@ -131,8 +132,10 @@ def simulate(
     if isinstance(parameters, StructureParameters) or given.get("structure") is not None:
         given |= {} if forcing is HARMONIC else {"forcing": forcing}
         given |= {} if masses is None else {"masses": masses}
+        asked = {} if observers is USUAL else dict(_with_settings(observers))
+        lyapunov = dict(asked.pop("lyapunov") or {}) if "lyapunov" in asked else None
         _refuse_on_structures(
-            observers=observers is not USUAL,
+            observers=bool(asked),
             follow=follow,
             initial=initial != "rest",
             draws=draws,
@@ -142,7 +145,7 @@ def simulate(
         )
         with progress_bar() as progress:
             on_structure: Any = parameters
-            return simulate_structure(on_structure, given, run, state, progress)
+            return simulate_structure(on_structure, given, run, state, progress, lyapunov)
     for name in given:
         if name not in ALL:
             raise unknown_name("argument", name, _SIGNATURE.parameters)
@@ -286,6 +289,13 @@ def _placed(observers: Any, axes: Mapping[str, Sequence[float]]) -> Any:
                     raise ValueError(f"{name}.at: {unknown_name('axis', axis, axes)}")
             found[name] = {**given, "at": {n: nearest_value(n, axes[n], v) for n, v in at.items()}}
     return found
+
+
+def _with_settings(
+    observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
+) -> Mapping[str, Mapping[str, Any] | None]:
+    """Observers with their settings."""
+    return observers if isinstance(observers, Mapping) else dict.fromkeys(observers)
 
 
 def _refuse_on_structures(**given: Any) -> None:

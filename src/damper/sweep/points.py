@@ -128,12 +128,14 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     return Point(parameters, units, initial, primary)
 
 
-def require_parameters(given: object) -> None:
-    """Raise TypeError unless it is a damper."""
+def require_parameters(given: object, structures: bool = False) -> None:
+    """Raise TypeError unless it is a damper; with `structures` it may be on one."""
     if isinstance(given, StructureParameters):
+        if structures:
+            return
         raise TypeError(
             "parameters has a structure: only damper.events, damper.start, damper.run, "
-            "damper.simulate and studies of kind structure follow structures"
+            "damper.simulate, damper.periodic_orbit and studies of kind structure follow structures"
         )
     if not isinstance(given, Parameters | SIParameters):
         raise TypeError(

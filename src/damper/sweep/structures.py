@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -29,6 +30,7 @@ def measured_grid(
     engine: Mapping[str, Any] | None = None,
     state: Any = None,
     progress: Progress | None = None,
+    lyapunov: Mapping[str, Any] | None = None,
 ) -> dict[str, np.ndarray]:
     """Measure runs at all combinations of values, which are checked before any of them starts.
 
@@ -40,7 +42,7 @@ def measured_grid(
     points = [parameters.having(place) if place else parameters for place in places]
     found = []
     for done, point in enumerate(points, 1):
-        found.append(measured(point, cycles, samples, history, state, engine))
+        found.append(measured(point, cycles, samples, history, state, engine, lyapunov))
         if progress:
             progress(done, len(points))
     shape = tuple(map(len, axes.values()))
@@ -75,6 +77,7 @@ def simulate_structure(
     run: Mapping[str, Any],
     state: Any = None,
     progress: Progress | None = None,
+    lyapunov: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """Measure every combination of the given values, as `damper.simulate` for a structure.
 
@@ -89,6 +92,8 @@ def simulate_structure(
         Start of every run.
     progress : callable, optional
         Called with the number of points done, and of all.
+    lyapunov : mapping, optional
+        Settings of the observer `lyapunov`, if its exponents are wanted.
 
     Raises
     ------
@@ -118,7 +123,8 @@ def simulate_structure(
     begun = 0.0 if state is None else state.time
     cycles = settings.cycles(parameters.cycle, parameters.forcing.end - begun)
     engine = {"accuracy": settings.accuracy, "max_events": settings.max_events}
-    arrays = measured_grid(parameters, axes, cycles, engine=engine, state=state, progress=progress)
+    more = {"engine": engine, "state": state, "progress": progress, "lyapunov": lyapunov}
+    arrays = measured_grid(parameters, axes, cycles, **more)
     units = {name: parameters.quantity_of(name).units for name in axes}
     attributes = {
         "title": "Impact dampers on a structure",
@@ -129,7 +135,17 @@ def simulate_structure(
         **engine,
     }
     along = {name: (values, units[name]) for name, values in axes.items()}
-    return structure_cube(arrays, along, [*parameters.structure.points], attributes)
+    cube = structure_cube(arrays, along, [*parameters.structure.points], attributes)
+    return cube if lyapunov is None else cube.assign(_exponents_in(arrays, tuple(axes)))
+
+
+def _exponents_in(arrays: Mapping[str, np.ndarray], axes: tuple[str, ...]) -> dict[str, Any]:
+    """Exponents of a grid, with what is declared of them; speeds in m/s."""
+    from damper.observers.lyapunov import Lyapunov
+
+    declared = {v.name: v for v in Lyapunov.variables}
+    declared["slowest_impact"] = replace(declared["slowest_impact"], units="m/s")
+    return {name: described(v, arrays[name], axes) for name, v in declared.items()}
 
 
 #: Arguments of `damper.SIParameters` for a structure.

@@ -49,7 +49,7 @@ _of_all = made_of(
 )
 
 #: Columns of the log -> those of a body.
-_OF_BODY = (
+OF_BODY = (
     (columns.GAP, GAP),
     (columns.GAP_RATE, RATE),
     (columns.SIDE, SIDE),
@@ -102,7 +102,7 @@ def _log_of_mass(model, log, body):
     others = log[:, COLUMNS] != body
     rows = log[others]
     first = COLUMNS + 2 + BODY * body
-    for column, field in _OF_BODY:
+    for column, field in OF_BODY:
         made[others, column] = rows[:, first + field]
     made[others, columns.CAUSE], made[others, columns.SPEED] = NOTHING, 0.0
     made[others, columns.COMPLETION] = np.maximum(rows[:, first + COMPLETION], 0.0)

@@ -8,7 +8,7 @@ solved at once, as one problem of impulses and one of contact forces. docs/model
 import numpy as np
 
 from damper.engine import model as declared
-from damper.engine.compiled import compiled_apart
+from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.forcing import horizon
 from damper.engine.lending import lent
 from damper.engine.model import Step
@@ -26,6 +26,7 @@ from damper.models.structure.constants import (
     RATE,
     SIDE,
     VELOCITY,
+    WEIGHTS,
     WIDTH,
     OnStructure,
     box_at,
@@ -41,7 +42,7 @@ from damper.models.structure.log import report_first, segment_of_all
 from damper.models.structure.motion import all_after
 from damper.models.structure.prepare import prepare as prepare
 from damper.models.structure.tails import close
-from damper.models.walls import slack
+from damper.models.walls import TOUCHES, slack
 
 
 @declared.initial_segment.of(OnStructure)
@@ -63,9 +64,20 @@ def _initial_segment(model, periods, time, x, v, y, u):
         b = bodies[k]
         b[GAP] = 0.0 if gap <= slack(clearance, box, float(y[k])) else gap
         b[RATE] = -side * (u[k] - box_at(model, here, VELOCITY, k))
+        if b[GAP] == 0.0 and abs(b[RATE]) <= 4.0 * TOUCHES * _size_of_rate(model, here, k):
+            b[RATE] = 0.0
         b[SIDE], b[MODE], b[CAUSE] = side, FLIGHT, NOTHING
     decide_contacts(model, here, STICKING)
     return report_first(model, here, 0.0)
+
+
+@compiled
+def _size_of_rate(model, s, k):
+    """Size of the terms of a box's velocity."""
+    found = 0.0
+    for i in range(size_of(model)):
+        found += abs(model.table[WEIGHTS + k, i] * s.modes[VELOCITY, i])
+    return found
 
 
 @declared.mass_ratio_at.of(OnStructure)
@@ -168,3 +180,6 @@ def _release(model, s, start, tau, first):
             leaves = force.value <= 4.0 * force.roundoff and force.slope < 0.0
         if leaves:
             b[MODE], b[CAUSE], b[COMPLETION], b[FIRST] = FLIGHT, RELEASE, LIFTS, 0.0
+
+
+from damper.models.structure import tangent  # noqa: E402, F401

@@ -14,13 +14,14 @@ from damper.engine.impact import YieldingRestitution
 from damper.engine.oscillator import Oscillator, oscillator
 from damper.engine.tuples import reader
 
-#: Columns of `StructureSegment.bodies`, those of the log: as `damper.models.several.bodies`.
-GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION = range(8)
-BODY = 8
+#: Columns of `StructureSegment.bodies`, those of the log: as `damper.models.several.bodies`. The
+#: last one is the mode before what happens.
+GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION, PREVIOUS = range(9)
+BODY = 9
 #: Further columns, which the log does not have: by how much faster the gap grows where masses in a
 #: tail are taken for stuck, the wall at which a mass arrives, or 0, and the impulse in its gap.
-JUMP, ARRIVES, IMPULSE = 8, 9, 10
-WIDTH = 11
+JUMP, ARRIVES, IMPULSE = 9, 10, 11
+WIDTH = 12
 #: Rows of `StructureSegment.modes`: displacements, velocities, and those before what happens.
 DISPLACEMENT, VELOCITY, BEFORE = range(3)
 

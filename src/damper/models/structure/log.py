@@ -3,6 +3,7 @@
 import numpy as np
 
 from damper.engine import model as declared
+from damper.engine import segment as columns
 from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.segment import (
     COLUMNS,
@@ -12,7 +13,7 @@ from damper.engine.segment import (
     write_segment,
 )
 from damper.engine.tuples import changed, made_of
-from damper.models.several.log import first_to_tell
+from damper.models.several.log import OF_BODY, first_to_tell
 from damper.models.structure.constants import (
     BEFORE,
     BODY,
@@ -26,6 +27,7 @@ from damper.models.structure.constants import (
     SIDE,
     SPEED,
     VELOCITY,
+    WEIGHTS,
     WIDTH,
     OnStructure,
     StructureSegment,
@@ -64,6 +66,21 @@ def _primary_in(model, state):
 @declared.count_masses.register(OnStructure)
 def _count_masses(model):
     return len(model.masses)
+
+
+@declared.log_of_mass.register(OnStructure)
+def _log_of_mass(model, log, body):
+    made, others, n = log.copy(), log[:, COLUMNS] != body, size_of(model)
+    first = COLUMNS + 2 + 3 * n + BODY * body
+    for column, field in OF_BODY:
+        made[others, column] = log[others, first + field]
+    made[others, columns.CAUSE], made[others, columns.SPEED] = NOTHING, 0.0
+    made[others, columns.COMPLETION] = np.maximum(log[others, first + COMPLETION], 0.0)
+    modes = log[:, COLUMNS + 2 : COLUMNS + 2 + 3 * n].reshape(-1, 3, n)
+    of_box = modes @ model.table[WEIGHTS + body, :n]
+    made[:, columns.X], made[:, columns.V] = of_box[:, DISPLACEMENT], of_box[:, VELOCITY]
+    made[:, COLUMNS] = body
+    return made
 
 
 @declared.read_segment.of(OnStructure)

@@ -17,6 +17,7 @@ from damper.models.structure.constants import (
     HEAD,
     MODE,
     PLAIN,
+    PREVIOUS,
     RATE,
     SIDE,
     SPEED,
@@ -65,7 +66,7 @@ def all_after(
         off = abs(gap if there else 2.0 * mass_in(model.masses, first).clearance - gap)
     for k in range(len(bodies)):
         b = bodies[k]
-        b[SPEED], b[ARRIVES] = 0.0, 0.0
+        b[SPEED], b[ARRIVES], b[PREVIOUS] = 0.0, 0.0, b[MODE]
         if b[MODE] != FLIGHT:
             continue
         gap, rate, roundoff = gap_after(course_of(model, s.bodies, start, k), tau)
@@ -78,11 +79,11 @@ def all_after(
             b[ARRIVES] = -b[SIDE]
         b[GAP], b[RATE], b[COMPLETION] = min(max(gap, 0.0), width), rate, 0.0
     periods, time = clock_after(model.cycle, s.periods, s.time, tau)
-    return segment_of_all(periods, time, _structure_after(model, start, tau), owned)
+    return segment_of_all(periods, time, structure_after(model, start, tau), owned)
 
 
 @compiled
-def _structure_after(model, start, tau):
+def structure_after(model: OnStructure, start: ModalStart, tau: float) -> np.ndarray:
     """`StructureSegment.modes` from what `modes_after` has written."""
     n, table, rows = size_of(model), start.tables[start.slot], start.modes
     modes, first = np.zeros((3, n)), first_row(table, 1)

@@ -26,8 +26,8 @@ from damper.engine.segment import (
 from damper.engine.trajectory import Trajectory
 from damper.models import check_state, model_of
 from damper.models.sensitivity import Stencil, follow_change
-from damper.models.tangent import derivative, require_bounded
-from damper.models.walls import slack
+from damper.models.tangent import derivative, fastest_of, of_state, require_bounded, to_state
+from damper.models.walls import TOUCHES, slack
 from damper.parameters import Parameters, State
 
 #: In place of a wall: dry friction holds the free mass off the walls.
@@ -55,16 +55,26 @@ class Arc:
     @property
     def directions(self) -> np.ndarray:
         """Deviations of the start, a column each: what moves together does so."""
-        return (self.leaders[:, None] == self.own).astype(float)
+        found = (self.leaders[:, None] == self.own).astype(float)
+        if self.parameters.model == "structure":
+            first, boxes = first_mass(self.parameters), boxes_of(self.parameters)
+            for k in np.flatnonzero(self.start_sides):
+                for of_rate in range(2):
+                    found[first + 2 * k + of_rate, of_rate:first:2] = boxes[k]
+        return found
 
     @cached_property
     def leaders(self) -> np.ndarray:
-        """As `leaders`; in contact a free mass moves with the primary, at rest at its velocity."""
-        found = leaders(self.parameters, self.start)
+        """As `leaders`; in contact a free mass moves with the primary, at rest at its velocity.
+
+        On a structure it moves with its box, which is no single component: -1.
+        """
+        found, first = leaders(self.parameters, self.start), first_mass(self.parameters)
+        on_structure = self.parameters.model == "structure"
         for k in np.flatnonzero(self.start_sides):
-            found[3 + 2 * k] = 1
+            found[first + 1 + 2 * k] = -1 if on_structure else 1
             if self.start_sides[k] != RESTS:
-                found[2 + 2 * k] = 0
+                found[first + 2 * k] = -1 if on_structure else 0
         return found
 
     @property
@@ -85,10 +95,11 @@ class Arc:
         ValueError
             As `derivative`; deviations of the start alone may have one where this has none.
         """
-        change = of_start[:, None].copy()
-        follow_change(self.trajectory.model, stencil, self.rows, change, False)
-        require_bounded(self.trajectory.model, change)
-        return change[:, 0]
+        model = self.trajectory.model
+        change = of_state(model, of_start[:, None].copy())
+        follow_change(model, stencil, self.rows, change, False)
+        require_bounded(model, change)
+        return to_state(model, change)[:, 0]
 
     def state_after(self, tau: float) -> np.ndarray:
         """State a time after the start."""
@@ -97,10 +108,14 @@ class Arc:
         return components(*self.trajectory.state_in(self.rows[index], tau - starts[index]))
 
     def peak(self) -> tuple[float, float]:
-        """Time of the primary's largest displacement, either way, and that displacement."""
-        best, begin = (0.0, float(self.start[0])), 0.0
-        steps = 32.0 * max(rate_of(self.trajectory.model.free.forcing), 1.0) / (2.0 * np.pi)
-        for row in self.rows[self.rows[:, DURATION] > 0.0]:
+        """Time of the primary's largest displacement, either way, and that displacement.
+
+        Of a structure it is that of the box of the first free mass.
+        """
+        best, begin = (0.0, float(self.watched @ self.start)), 0.0
+        steps = 32.0 * self.fastest / (2.0 * np.pi)
+        rows = log_of_mass(self.trajectory.model, self.rows, 0)
+        for row in rows[rows[:, DURATION] > 0.0]:
             duration = float(row[DURATION])
             times = np.linspace(0.0, duration, 8 + int(steps * duration))
             speed = partial(lambda row, tau: self.trajectory.motion_in(row, tau)[1], row)
@@ -113,14 +128,26 @@ class Arc:
             begin += duration
         return best
 
+    @property
+    def watched(self) -> np.ndarray:
+        """Weights of the components of a state in the displacement of which `peak` speaks."""
+        found = np.zeros(len(self.start))
+        found[: first_mass(self.parameters) : 2] = boxes_of(self.parameters)[0]
+        return found
+
+    @property
+    def fastest(self) -> float:
+        """A rate of the motion between events, at least 1."""
+        rate = max(rate_of(self.trajectory.model.free.forcing), 1.0)
+        return max(rate, fastest_of(self.trajectory.model))
+
     def smallest_gaps(self, number: int) -> list[float]:
         """Smallest gap of a free mass in each flight, not at its ends but where friction stops it.
 
         The mass is given by its number.
         """
         rows = log_of_mass(self.trajectory.model, self.rows, number)
-        clearance, found = self.parameters.each[number].clearance, []
-        fastest = max(rate_of(self.trajectory.model.free.forcing), 1.0)
+        clearance, found, fastest = self.parameters.each[number].clearance, [], self.fastest
         before, last = rows[0], rows[0]
         for row in rows[1:]:
             # Events of one instant begin a row each.
@@ -158,7 +185,7 @@ def run_arc(
         Where the state lies outside the box, or the run does not come to its end.
     """
     period = parameters.cycle
-    state = state_of(start, begin * period)
+    state = state_of(start, begin * period, first_mass(parameters) // 2)
     check_state(parameters, state)
     trajectory = Trajectory(model or model_of(parameters), state)
     sides = _sides(parameters, start)
@@ -175,23 +202,47 @@ def run_arc(
 
 
 def vector(state: State) -> np.ndarray:
-    """(x, v, y, u) of a state; of several free masses (x, v, y0, u0, y1, u1, ...)."""
+    """(x, v, y, u) of a state; of several free masses (x, v, y0, u0, y1, u1, ...).
+
+    Of a structure first each coordinate and its velocity, x0, v0, x1, v1, ...
+    """
     return components(state.x, state.v, state.y, state.u)
 
 
-def components(x: float, v: float, y: Any, u: Any) -> np.ndarray:
+def components(x: Any, v: Any, y: Any, u: Any) -> np.ndarray:
     """As `vector`."""
-    if isinstance(y, float):
-        return np.array([x, v, y, u])
-    return np.array([x, v, *np.column_stack([y, u]).ravel()])
+    return np.column_stack([np.append(x, y), np.append(v, u)]).ravel()
 
 
-def state_of(vector: np.ndarray, time: float = 0.0) -> State:
+def state_of(vector: np.ndarray, time: float = 0.0, coordinates: int = 1) -> State:
     """The state of which this is the vector."""
-    x, v, *each = map(float, vector)
-    if len(each) == 2:
-        return State(x, v, each[0], each[1], time)
-    return State(x, v, each[::2], each[1::2], time)
+    places, rates = vector[::2].tolist(), vector[1::2].tolist()
+
+    def part(values: list[float], of_structure: bool) -> Any:
+        return values if len(values) > 1 or of_structure else values[0]
+
+    n, on = coordinates, coordinates > 1
+    x, v = part(places[:n], on), part(rates[:n], on)
+    return State(x, v, part(places[n:], False), part(rates[n:], False), time)
+
+
+def first_mass(parameters: Any) -> int:
+    """Which component of a state is the place of the first free mass."""
+    return 2 * len(parameters.structure.mass) if parameters.model == "structure" else 2
+
+
+def boxes_of(parameters: Any) -> np.ndarray:
+    """Displacement of each free mass's box in a unit displacement of each coordinate."""
+    if parameters.model != "structure":
+        return np.ones((len(parameters.each), 1))
+    return np.array([parameters.structure.boxes[one.box] for one in parameters.each])
+
+
+def base_shares_of(parameters: Any) -> list[float]:
+    """Displacement of each free mass's box in a unit displacement of the base."""
+    if parameters.model != "structure":
+        return [1.0] * len(parameters.each)
+    return [parameters.structure.base_shares[one.box] for one in parameters.each]
 
 
 def leaders(parameters: Parameters, start: np.ndarray) -> np.ndarray:
@@ -241,11 +292,17 @@ def _sides(parameters: Parameters, state: np.ndarray) -> np.ndarray:
     """Wall at which each free mass has joined the primary; `RESTS` off them; 0 where it has not."""
     sides = np.zeros(len(parameters.each))
     if parameters.model != "compliant":
-        (x, v), places, speeds = state[:2], state[2::2], state[3::2]
+        first, boxes = first_mass(parameters), boxes_of(parameters)
+        places, speeds = state[first::2], state[first + 1 :: 2]
         for k, (one, y, u) in enumerate(zip(parameters.each, places, speeds, strict=True)):
-            side = one.walls or np.sign(y - x)
-            if u == v and one.clearance - side * (y - x) <= slack(one.clearance, x, y):
+            x, v = boxes[k] @ state[:first:2], boxes[k] @ state[1:first:2]
+            # The velocity of a box is a sum, which has roundoff.
+            moves = u == v
+            if parameters.model == "structure":
+                moves = abs(u - v) <= TOUCHES * (abs(boxes[k]) @ abs(state[1:first:2]))
+            side = getattr(one, "walls", 0.0) or np.sign(y - x)
+            if moves and one.clearance - side * (y - x) <= slack(one.clearance, x, y):
                 sides[k] = side
-            elif u == v and one.friction:
+            elif moves and one.friction:
                 sides[k] = RESTS
     return sides

@@ -12,6 +12,7 @@ from damper.parameters import SIParameters
 from damper.parameters.lazy import Axes, xr
 from damper.parameters.named import named_quantity, rates_of, value_of, with_values
 from damper.parameters.quantity import real, whole
+from damper.parameters.structural import StructureParameters
 from damper.parameters.units import LENGTH, SI_UNITS, SPEED, attributes_of, units_of
 from damper.sweep.orbits.equation import OrbitEquation, OrbitPoint
 from damper.sweep.orbits.periodic import PeriodicOrbit, check, require_force, require_in_step
@@ -207,7 +208,7 @@ class Branch:
         """Return the branch as a Dataset: its orbits, and its special points.
 
         The states where they start have y and u of each free mass along ``body``, where there are
-        several.
+        several, and x and v of a structure along ``coordinate``.
         """
         orbits, points = self.orbits, self.special_points
         about, (length, speed) = self._attributes
@@ -232,7 +233,8 @@ class Branch:
         }
         for name, units in (("x", length), ("v", speed), ("y", length), ("u", speed)):
             states = np.array([getattr(orbit.state, name) for orbit in orbits])
-            own = ("body",) if states.ndim == 2 else ()
+            along = ("coordinate",) if name in "xv" else ("body",)
+            own = along if states.ndim == 2 else ()
             variables[name] = (("orbit", *own), states, units)
             at = np.array([getattr(point.orbit.state, name) for point in points], float)
             at = at.reshape(len(points), *states.shape[1:])
@@ -251,7 +253,7 @@ class Branch:
         p = self.orbits[0].parameters
         quantity, of = named_quantity(p, self.parameter), p.forcing.amplitude
         units = p.forcing.si_unit if quantity.units == "N" else quantity.units
-        named = SI_UNITS if isinstance(p, SIParameters) else {}
+        named = SI_UNITS if isinstance(p, SIParameters | StructureParameters) else {}
         length, speed = (attributes_of(named.get(unit, unit), of) for unit in (LENGTH, SPEED))
         return {"long_name": quantity.long_name, **attributes_of(units, of)}, (length, speed)
 

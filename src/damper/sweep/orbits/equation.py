@@ -33,7 +33,7 @@ from damper.models.sensitivity import model_along, neighbours
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.named import rates_of, value_of, with_values
 from damper.parameters.units import SI_UNITS
-from damper.sweep.orbits.arcs import Arc, leaders, run_arc
+from damper.sweep.orbits.arcs import Arc, base_shares_of, first_mass, leaders, run_arc
 from damper.sweep.orbits.periodic import TOLERANCE, PeriodicOrbit, nearest_orbit
 from damper.sweep.orbits.word import WallImpacts, bursts_of, stops_in
 
@@ -76,8 +76,9 @@ class OrbitEquation:
     @property
     def given(self) -> list[int]:
         """Places of idle masses, and their velocities without friction."""
-        each = self.base.dimensionless.each
-        return [2 + 2 * k + n for k in self.idle for n in range(1 if each[k].friction else 2)]
+        p = self.base.dimensionless
+        each, first = p.each, first_mass(p)
+        return [first + 2 * k + n for k in self.idle for n in range(1 if each[k].friction else 2)]
 
     @cached_property
     def moving(self) -> np.ndarray:
@@ -138,8 +139,10 @@ class OrbitEquation:
             return start
         body = oscillator(0.0, 0.0, strength, drive.forcing)
         phase = phase_at(drive.forcing, 0.0, float(self.moments[0]) * cycle)
-        start = start.copy()
-        start[rates] = -body_at(body, 0.0, 0.0, phase, cycle)[0] / cycle
+        start, drift = start.copy(), -body_at(body, 0.0, 0.0, phase, cycle)[0] / cycle
+        shares = base_shares_of(parameters)
+        for component in rates:
+            start[component] = drift * shares[(component - first_mass(parameters)) // 2]
         return start
 
     def correct(self, guess: np.ndarray, normal: np.ndarray) -> "OrbitPoint | None":

@@ -20,7 +20,16 @@ from damper.parameters.quantity import whole
 from damper.parameters.units import LENGTH, SPEED, Units
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.events import events
-from damper.sweep.orbits.arcs import RESTS, Arc, leaders, run_arc, state_of, vector
+from damper.sweep.orbits.arcs import (
+    RESTS,
+    Arc,
+    boxes_of,
+    first_mass,
+    leaders,
+    run_arc,
+    state_of,
+    vector,
+)
 from damper.sweep.orbits.word import WallImpacts, bursts_of, word_of
 from damper.sweep.points import one_run, require_parameters
 
@@ -99,7 +108,7 @@ def periodic_orbit(
     """
     period = whole("period", period, 1, most=_LONGEST)
     settle = whole("settle", settle, 0, most=MOST_PERIODS)
-    parameters, state = one_run(parameters, state, values)
+    parameters, state = one_run(parameters, state, values, structures=True)
     check(parameters, period)
     units, scaled = parameters.units, parameters.dimensionless
     with saying(f"a motion of period {period}: a run of {settle} cycles settles"):
@@ -116,7 +125,7 @@ def periodic_orbit(
 
 @dataclass(frozen=True, repr=False)
 class PeriodicOrbit:
-    """A motion that repeats after a number of forcing periods.
+    """A motion that repeats after a number of forcing periods, also on a structure.
 
     Made by `periodic_orbit`.
 
@@ -129,7 +138,8 @@ class PeriodicOrbit:
         At time 0, the start of a forcing period: a run of `parameters` from here is on the orbit.
     derivative : ndarray (4, 4)
         Derivative of (x, v, y, u) after the period by its start; (x, v, y0, u0, y1, u1, ...) with
-        several free masses. Masses in step move together, by the first of them.
+        several free masses; (x0, v0, x1, v1, ..., y0, u0, ...) on a structure. Masses in step move
+        together, by the first of them.
     change : float
         Largest change of the state over the period, in dimensionless units: the residual.
     """
@@ -190,7 +200,7 @@ class PeriodicOrbit:
         if in_step.any():
             arc = run_arc(p, start, 0.0, float(self.period))
             happens = parted_in(arc.trajectory.model, arc.rows)
-            values = np.append(values, OF_PARTED[happens].ravel()[in_step[2:]])
+            values = np.append(values, OF_PARTED[happens].ravel()[in_step[first_mass(p) :]])
         return values[np.lexsort((-values.imag, -abs(values)))]
 
     @cached_property
@@ -203,11 +213,11 @@ class PeriodicOrbit:
         p, moves = self.parameters.dimensionless, leaders(self.parameters.dimensionless, self.start)
         if (moves < 0).any():
             return ()
-        own = np.unique(moves)
+        own, first = np.unique(moves), first_mass(p)
         matrix = (self.scaled.derivative @ (moves[:, None] == own))[own]
 
         def is_idle(k: int) -> bool:
-            y, u = np.searchsorted(own, moves[2 + 2 * k : 4 + 2 * k])
+            y, u = np.searchsorted(own, moves[first + 2 * k : first + 2 * k + 2])
             alone, free = matrix.copy(), np.eye(len(own))
             if p.each[k].friction:
                 return bool((alone[:, y] == free[y]).all())
@@ -259,7 +269,7 @@ class PeriodicOrbit:
 
     @cached_property
     def peak(self) -> float:
-        """Largest displacement of the primary, either way."""
+        """Largest displacement of the primary, or of the first mass's box, either way."""
         return abs(self._peak[1]) * self.parameters.units.length
 
     def peak_sensitivity(self, parameter: str) -> float:
@@ -286,9 +296,9 @@ class PeriodicOrbit:
         p = scaled.parameters.dimensionless
         model = model_along(p, rates_of(self.parameters, parameter))
         arc = run_arc(p, scaled.start, 0.0, time / self._cycle, model)
-        if abs(arc.end[1]) > _AT_REST * abs(value):
+        if abs(arc.watched[:-1] @ arc.end[1:]) > _AT_REST * abs(value):
             raise ValueError(f"no derivative of the peak: an impact ends it at {self!r}")
-        grown = np.sign(value) * arc.change_by(stencil, change)[0]
+        grown = np.sign(value) * (arc.watched @ arc.change_by(stencil, change))
         return float(grown * self.parameters.units.length + abs(value) * grows)
 
     @property
@@ -316,7 +326,7 @@ class PeriodicOrbit:
             raise ValueError(f"no derivative by {parameter}: a multiplier is 1 at {self!r}")
         # In contact the free mass moves with the wall.
         with_wall = np.zeros_like(arc.start)
-        with_wall[2::2] = (
+        with_wall[first_mass(p) :: 2] = (
             np.where(arc.start_sides == RESTS, 0.0, arc.start_sides) * stencil.clearance
         )
         change = arc.change_by(stencil, with_wall) - with_wall
@@ -379,13 +389,13 @@ def nearest_orbit(
         else:
             found = stepped
         best = min(best, found, key=lambda each: each.change)
-    state = state_of(best.start)
+    state = state_of(best.start, 0.0, first_mass(parameters) // 2)
     return PeriodicOrbit(parameters, period, state, best.derivative, best.change)
 
 
 def check(parameters: Parameters | SIParameters, period: int) -> None:
     """Refuse what is not followed."""
-    require_parameters(parameters)
+    require_parameters(parameters, structures=True)
     require_force(parameters, "an orbit")
     p = parameters.dimensionless
     order = p.modulation_order if p.model == "time_varying" else 1
@@ -438,8 +448,9 @@ def _newton(found: Arc, over: Callable[[np.ndarray], Arc]) -> Arc | None:
     for halving in range(_HALVINGS):
         start = found.start + 0.5**halving * step
         clearances = np.array([one.clearance for one in found.parameters.each])
-        walls = np.array([one.walls for one in found.parameters.each])
-        apart = start[2::2] - start[0]
+        walls = np.array([getattr(one, "walls", 0.0) for one in found.parameters.each])
+        first = first_mass(found.parameters)
+        apart = start[first::2] - boxes_of(found.parameters) @ start[:first:2]
         deep = np.where(walls == 0.0, abs(apart), walls * apart)
         within = deep <= clearances * (1.0 + 1e-15)
         if within.all() or found.parameters.model == "compliant":

@@ -7,6 +7,7 @@ import numpy as np
 
 from damper.engine.segment import CAUSE, COLUMNS, IMPACT
 from damper.sweep.orbits import KINDS, corners
+from damper.sweep.orbits.arcs import first_mass
 from damper.sweep.orbits.equation import MARGIN, OrbitPoint
 from damper.sweep.orbits.special import grazing, last_complete, root
 
@@ -213,8 +214,8 @@ def _hit_together(point: OrbitPoint) -> str:
     if not bodies.size:
         return ""
     first, second = bodies[:-1, 0], bodies[1:, 0]
-    moves = point.equation.leaders
-    near = (np.diff(times) < _TOGETHER) & (moves[2 + 2 * first] != moves[2 + 2 * second])
+    moves = point.equation.leaders[first_mass(point.parameters.dimensionless) :: 2]
+    near = (np.diff(times) < _TOGETHER) & (moves[first] != moves[second])
     for k in np.flatnonzero(near):
         return f", where the masses {first[k]} and {second[k]} hit at one instant"
     return ""

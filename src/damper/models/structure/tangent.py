@@ -1,0 +1,410 @@
+"""Deviations of a motion on a structure, and its change by a parameter, along the segment log.
+
+A deviation has the displacement and the velocity of each mode of the structure, then those of each
+free mass. Between events it follows the matrix exponential of the linear system, which shares
+nothing with the flow of the engine. Simultaneous impacts are carried to the moment at which the
+deviated motion hits: z = d + f- t there, the impacts' linear map of z, less f+ t. Masses that stick
+or are in a tail follow their boxes, by the impulses that would make them: docs/orbits.md.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from damper.engine.compiled import compiled, compiled_apart
+from damper.engine.forcing import TAYLOR_REMAINDER, force_rates, phase_at
+from damper.engine.impact import rebound_slope, restitution_at
+from damper.engine.model import begin
+from damper.engine.oscillator import TAYLOR_RANGE
+from damper.engine.segment import FLIGHT, NOTHING
+from damper.engine.tuples import changed
+from damper.models import sensitivity, tangent
+from damper.models.structure.constants import (
+    BEFORE,
+    CAUSE,
+    COMPLETION,
+    DISPLACEMENT,
+    GAP,
+    HEAD,
+    MODE,
+    PREVIOUS,
+    PUSH,
+    RATE,
+    SIDE,
+    SPEED,
+    STIFFNESS,
+    SYSTEM_RATE,
+    VELOCITY,
+    WEIGHTS,
+    OnStructure,
+    StructureSegment,
+    box_at,
+    first_row,
+    law_of,
+    mass_in,
+    size_of,
+)
+from damper.models.structure.contacts import impulses_of
+from damper.models.structure.courses import course_of, gap_after
+from damper.models.structure.flow import compliance, is_on_wall, modes_after, stuck_in
+from damper.models.structure.linear import product, solve
+from damper.models.structure.motion import place_of, structure_after
+
+tangent.friction_in.of(OnStructure)(tangent.no_friction)
+
+
+@tangent.leaders_of.register(OnStructure)
+def _leaders_of(model, row):
+    return np.arange(len(model.masses))
+
+
+@tangent.coordinates_in.register(OnStructure)
+def _coordinates_in(model):
+    return size_of(model)
+
+
+@tangent.fastest_of.register(OnStructure)
+def _fastest_of(model):
+    return float(model.flying[HEAD, SYSTEM_RATE])
+
+
+@tangent.of_state.register(OnStructure)
+def _of_state(model, deviations):
+    return _in_basis(model, 2, deviations)
+
+
+@tangent.to_state.register(OnStructure)
+def _to_state(model, deviations):
+    return _in_basis(model, 1, deviations)
+
+
+def _in_basis(model: OnStructure, block: int, deviations: np.ndarray) -> np.ndarray:
+    """Deviations in other coordinates of the structure, by a block of its table."""
+    n, first, found = size_of(model), first_row(model.table, block), deviations.copy()
+    matrix = model.table[first : first + n, :n]
+    found[: 2 * n : 2] = matrix @ deviations[: 2 * n : 2]
+    found[1 : 2 * n : 2] = matrix @ deviations[1 : 2 * n : 2]
+    return found
+
+
+@tangent.damping_in.of(OnStructure)
+def _damping_in(model, s):
+    first, found = first_row(model.table, 0), 0.0
+    for i in range(size_of(model)):
+        found += float(model.table[first + i, i])
+    for k in range(len(s.bodies)):
+        if not is_on_wall(s.bodies[k, MODE]):
+            m, share = mass_in(model.masses, k), 0.0
+            for i in range(size_of(model)):
+                share += float(model.table[WEIGHTS + k, i]) ** 2
+            found += m.tie_damping * (1.0 / m.mass + share)
+    return found
+
+
+@tangent.shrunk_by.of(OnStructure)
+def _shrunk_by(model, s):
+    law = law_of(mass_in(model.masses, int(s.body)), s.side)
+    return rebound_slope(law, s.speed) * restitution_at(law, s.speed)
+
+
+@tangent.lost_in.of(OnStructure)
+def _lost_in(model, s, own):
+    lost = 0.0
+    for k in range(len(s.bodies)):
+        lost += 2.0 if is_on_wall(s.bodies[k, MODE]) else 0.0
+    return lost
+
+
+@tangent.over_time.of(OnStructure)
+def _over_time(model, s, low, high, deviations):
+    if high > low:
+        change = _flow_over(model, s.bodies, stuck_in(s.bodies), high - low)
+        deviations += product(change, deviations)
+
+
+@compiled_apart
+def _flow_over(
+    model: OnStructure, bodies: np.ndarray, sticks: np.ndarray, tau: float
+) -> np.ndarray:
+    """Matrix exponential of a time, less 1, while these masses stick."""
+    size = size_of(model) + len(bodies)
+    unit, none, rates = np.zeros(size), np.zeros(size), np.zeros((2 * size, 2 * size))
+    stiff, drags = 0.0, 0.0
+    for j in range(size):
+        unit[j], rates[2 * j, 2 * j + 1] = 1.0, 1.0
+        bends = _accelerations(model, bodies, sticks, unit, none, 0.0, 0.0)
+        brakes = _accelerations(model, bodies, sticks, none, unit, 0.0, 0.0)
+        unit[j] = 0.0
+        for i in range(size):
+            rates[2 * i + 1, 2 * j], rates[2 * i + 1, 2 * j + 1] = bends[i], brakes[i]
+            stiff += bends[i] * bends[i]
+            drags += brakes[i] * brakes[i]
+    fastest, step, doublings = math.sqrt(drags) + stiff**0.25, tau, 0
+    while fastest * step > TAYLOR_RANGE:
+        step, doublings = 0.5 * step, doublings + 1
+    term = rates * step
+    found, order, remainder = term.copy(), 1.0, 1.0
+    while remainder > TAYLOR_REMAINDER:
+        order += 1.0
+        term = product(rates, term) * (step / order)
+        found += term
+        remainder *= TAYLOR_RANGE / order
+    # Less 1, so that slow motion keeps its digits.
+    for _ in range(doublings):
+        found = 2.0 * found + product(found, found)
+    return found
+
+
+@compiled
+def _apart(model, k, places):
+    """Displacement of a mass from its box, or their relative velocity."""
+    n = size_of(model)
+    found = float(places[n + k])
+    for i in range(n):
+        found -= float(model.table[WEIGHTS + k, i]) * float(places[i])
+    return found
+
+
+@compiled_apart
+def _accelerations(
+    model: OnStructure,
+    bodies: np.ndarray,
+    sticks: np.ndarray,
+    places: np.ndarray,
+    velocities: np.ndarray,
+    force: float,
+    weight: float,
+) -> np.ndarray:
+    """Accelerations of modes and masses; of deviations without force and weight."""
+    n, count, table = size_of(model), len(bodies), model.table
+    found, drag = np.zeros(n + count), first_row(table, 0)
+    for i in range(n):
+        found[i] = table[PUSH, i] * force - table[STIFFNESS, i] * places[i]
+        for j in range(n):
+            found[i] -= table[drag + i, j] * velocities[j]
+    for k in range(count):
+        m = mass_in(model.masses, k)
+        pull = m.tie_stiffness * _apart(model, k, places)
+        pull += m.tie_damping * _apart(model, k, velocities)
+        found[n + k] = m.carried * force - weight * m.gravity - pull / m.mass
+        for i in range(n):
+            found[i] += pull * table[WEIGHTS + k, i]
+    _join(model, bodies, sticks, found)
+    return found
+
+
+@compiled_apart
+def _join(model: OnStructure, bodies: np.ndarray, sticks: np.ndarray, moved: np.ndarray) -> None:
+    """Let masses go with their boxes, in place, by impulses between them."""
+    needed = np.zeros(len(bodies))
+    for k in range(len(bodies)):
+        needed[k] = bodies[k, SIDE] * _apart(model, k, moved)
+    _push(model, bodies, solve(compliance(model, bodies), needed, sticks), moved)
+
+
+@compiled
+def _push(model, bodies, impulses, moved):
+    """Apply impulses in the gaps, in place."""
+    n = size_of(model)
+    for k in range(len(bodies)):
+        impulse = bodies[k, SIDE] * impulses[k]
+        moved[n + k] -= impulse / mass_in(model.masses, k).mass
+        for i in range(n):
+            moved[i] += impulse * model.table[WEIGHTS + k, i]
+
+
+@compiled
+def _is_last(bodies):
+    """Whether nothing that happens at an instant is left to tell of: all is done there at once."""
+    found = True
+    for k in range(len(bodies)):
+        found = found and bodies[k, CAUSE] == NOTHING
+    return found
+
+
+@compiled
+def _fastest(bodies):
+    """Number of the mass whose impact is the fastest of an instant."""
+    found = 0
+    for k in range(len(bodies)):
+        if bodies[k, SPEED] > bodies[found, SPEED]:
+            found = k
+    return found
+
+
+@sensitivity.strikes.of(OnStructure)
+def _strikes(model, s):
+    return bool(_is_last(s.bodies) and s.bodies[_fastest(s.bodies), SPEED] > 0.0)
+
+
+@tangent.enter.of(OnStructure)
+def _enter(model, s, deviations, happened):
+    if not _is_last(s.bodies):
+        return
+    if happened and s.bodies[_fastest(s.bodies), SPEED] > 0.0:
+        _strike(model, s, deviations)
+    sticks = stuck_in(s.bodies)
+    for c in range(deviations.shape[1]):
+        for of_rate in range(2):
+            moved = deviations[of_rate::2, c].copy()
+            _join(model, s.bodies, sticks, moved)
+            deviations[of_rate::2, c] = moved
+
+
+@compiled
+def _velocities(model, s, order):
+    """Velocities of modes and masses after the impacts of an instant, or before them."""
+    n, count = size_of(model), len(s.bodies)
+    found = np.zeros(n + count)
+    for i in range(n):
+        found[i] = s.modes[order, i]
+    for k in range(count):
+        b = s.bodies[k]
+        if order == BEFORE and b[SPEED] > 0.0:
+            found[n + k] = box_at(model, s, BEFORE, k) + b[SIDE] * b[SPEED]
+        elif order == BEFORE and is_on_wall(b[PREVIOUS]):
+            found[n + k] = box_at(model, s, BEFORE, k)
+        else:
+            found[n + k] = place_of(model, s, k)[1]
+    return found
+
+
+@compiled
+def _levels(model, bodies, k):
+    """Change of the relative velocity by a mass's impact, and its derivative by the speed."""
+    b = bodies[k]
+    law, speed = law_of(mass_in(model.masses, k), float(b[SIDE])), float(b[SPEED])
+    return (1.0 + restitution_at(law, speed)) * speed, 1.0 + rebound_slope(law, speed)
+
+
+@compiled_apart
+def _impulses(model: OnStructure, bodies: np.ndarray) -> np.ndarray:
+    """Impulses of the impacts of an instant, also on masses that stick."""
+    count = len(bodies)
+    touches, least = np.zeros(count, dtype=np.bool_), np.zeros(count)
+    for k in range(count):
+        touches[k] = is_on_wall(bodies[k, PREVIOUS])
+        if bodies[k, SPEED] > 0.0:
+            touches[k], least[k] = True, _levels(model, bodies, k)[0]
+    return impulses_of(compliance(model, bodies), least, touches)
+
+
+@compiled_apart
+def _strike(model: OnStructure, s: StructureSegment, deviations: np.ndarray) -> None:
+    """Take deviations over the impacts of an instant."""
+    bodies, n, count = s.bodies, size_of(model), len(s.bodies)
+    stuck, pushes = np.zeros(count, dtype=np.bool_), _impulses(model, bodies) > 0.0
+    places = np.zeros(n + count)
+    for i in range(n):
+        places[i] = s.modes[DISPLACEMENT, i]
+    for k in range(count):
+        stuck[k] = is_on_wall(bodies[k, PREVIOUS])
+        places[n + k] = place_of(model, s, k)[0]
+    force, _, _, _, _ = force_rates(model.forcing, phase_at(model.forcing, s.periods, s.time))
+    sticks, before = stuck_in(bodies), _velocities(model, s, BEFORE)
+    after = _velocities(model, s, VELOCITY)
+    _join(model, bodies, sticks, after)
+    own = _accelerations(model, bodies, stuck, places, before, force, 1.0)
+    later = _accelerations(model, bodies, sticks, places, after, force, 1.0)
+    matrix, hit, levels = compliance(model, bodies), _fastest(bodies), np.zeros(count)
+    for c in range(deviations.shape[1]):
+        moved, rates = deviations[::2, c].copy(), deviations[1::2, c].copy()
+        # By how much later the deviated motion hits.
+        late = -bodies[hit, SIDE] * _apart(model, hit, moved) / bodies[hit, SPEED]
+        parts = _are_parted(model, bodies, late, moved)
+        moved += before * late
+        rates += own * late
+        for k in range(count):
+            faster = bodies[k, SIDE] * _apart(model, k, rates)
+            turned = _levels(model, bodies, k)[1] if bodies[k, SPEED] > 0.0 else 1.0
+            levels[k] = turned * faster
+        _push(model, bodies, solve(matrix, levels, pushes), rates)
+        deviations[::2, c] = moved - after * late
+        deviations[1::2, c] = rates - later * late
+        if parts:
+            deviations[:, c] = math.nan
+
+
+@compiled
+def _are_parted(model, bodies, late, moved):
+    """Whether a deviation, which hits by so much later, parts impacts of one instant."""
+    parts, n = False, size_of(model)
+    for k in range(len(bodies)):
+        b, size = bodies[k], abs(moved[n + k])
+        touched = b[GAP] == 0.0 and b[PREVIOUS] == FLIGHT
+        for i in range(n):
+            size += abs(model.table[WEIGHTS + k, i] * moved[i])
+        off = abs(b[SIDE] * _apart(model, k, moved) + late * b[SPEED])
+        parts = parts or (touched and off > tangent.TOGETHER * (size + abs(late) * b[SPEED]))
+    return bool(parts)
+
+
+# --- the change by a parameter
+
+
+@sensitivity.clearances_of.register(OnStructure)
+def _clearances_of(model: OnStructure) -> Any:
+    return np.array([mass_in(model.masses, k).clearance for k in range(len(model.masses))])
+
+
+@sensitivity.wall_of.of(OnStructure)
+def _wall_of(model, segment, k):
+    return float(segment.bodies[k, SIDE]), float(segment.bodies[k, MODE])
+
+
+@sensitivity.first_place.of(OnStructure)
+def _first_place(model):
+    return 2 * size_of(model)
+
+
+_beside = changed(StructureSegment, "time", "modes", "bodies")
+
+
+@sensitivity.lead.of(OnStructure)
+def _lead(there, model, s, struck, found):
+    if struck:
+        rates = _velocities(model, s, BEFORE)
+        _push(there, s.bodies, _impulses(there, s.bodies), rates)
+        _join(there, s.bodies, stuck_in(s.bodies), rates)
+        found[1::2] = rates
+    else:
+        _lead_on(there, model, s, found)
+
+
+@compiled_apart
+def _lead_on(
+    there: OnStructure, model: OnStructure, s: StructureSegment, found: np.ndarray
+) -> None:
+    """State after a segment; a mass on a wall is where its box is."""
+    slower, bodies, n = there.cycle / model.cycle, s.bodies.copy(), size_of(model)
+    modes, rates = s.modes.copy(), _velocities(model, s, VELOCITY)
+    _join(model, bodies, stuck_in(bodies), rates)
+    for i in range(n):
+        modes[VELOCITY, i] = rates[i]
+    for k in range(len(bodies)):
+        bodies[k, RATE] = 0.0
+        if not is_on_wall(bodies[k, MODE]):
+            bodies[k, RATE] = -bodies[k, SIDE] * _apart(model, k, rates)
+        if bodies[k, MODE] == FLIGHT:
+            # Where it has left its wall just now, it would not do so in another model.
+            bodies[k, COMPLETION] = 0.0
+            wider = mass_in(there.masses, k).clearance - mass_in(model.masses, k).clearance
+            bodies[k, GAP] += wider
+    start = begin(there, _beside(s, s.time * slower, modes, bodies))
+    tau = s.duration * slower
+    modes_after(there, start, tau)
+    modes = structure_after(there, start, tau)
+    for i in range(n):
+        found[2 * i], found[2 * i + 1] = modes[DISPLACEMENT, i], modes[VELOCITY, i]
+    for k in range(len(bodies)):
+        place, rate = 0.0, 0.0
+        for i in range(n):
+            place += there.table[WEIGHTS + k, i] * modes[DISPLACEMENT, i]
+            rate += there.table[WEIGHTS + k, i] * modes[VELOCITY, i]
+        if bodies[k, MODE] == FLIGHT:
+            gap, closing, _ = gap_after(course_of(there, bodies, start, k), tau)
+            side = bodies[k, SIDE]
+            place += side * (mass_in(there.masses, k).clearance - gap)
+            rate -= side * closing
+        found[2 * (n + k)], found[2 * (n + k) + 1] = place, rate

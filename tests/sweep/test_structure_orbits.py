@@ -1,0 +1,159 @@
+"""Periodic motions, branches and exponents of free masses on a structure."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import fsolve
+
+import damper
+from damper import Parameters, SIParameters, Structure, continue_orbit, periodic_orbit
+
+HERTZ = np.array([1.0, 2.7, 5.2]) / (2.0 * math.pi)
+RATIOS = np.array([0.02, 0.01, 0.01])
+BOX, FORCE = np.array([1.0, 0.6, -0.4]), np.array([1.0, 0.6, 0.3])
+BEAM = Structure.from_modes(HERTZ, RATIOS, {"a": BOX, "b": [0.5, -1.0, 0.8], "force": FORCE})
+BALL = {"box": "a", "free_mass": 0.1, "gap": 10.0, "restitution": 0.5}
+
+
+def on_beam(**given):
+    values = {"force_amplitude": 1.0, "forcing_frequency": 1.0, "masses": [BALL]} | given
+    return SIParameters(structure=BEAM, **values)
+
+
+def pair(**changes):
+    """One damper as an oscillator and as a structure of one coordinate."""
+    values = {"mass_ratio": 0.1, "damping_ratio": 0.1, "frequency_ratio": 1.0}
+    values |= {"clearance": 5.0, "restitution": 0.5} | changes
+    one = Parameters(**values)
+    carrier = Structure(
+        mass=[[1.0]],
+        damping=[[2.0 * one.damping_ratio]],
+        stiffness=[[1.0]],
+        boxes={"a": [1.0]},
+        force=[1.0],
+    )
+    return one, SIParameters(
+        structure=carrier,
+        force_amplitude=1.0,
+        forcing_frequency=one.frequency_ratio,
+        free_mass=one.mass_ratio,
+        gap=2.0 * one.clearance,
+        restitution=one.restitution,
+    )
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"damping_ratio": 0.02, "frequency_ratio": 1.3, "clearance": 0.05, "restitution": 0.3}],
+)
+def test_one_mode_has_the_orbits_of_the_oscillator(changes):
+    """Two impacts a cycle, and complete chatter on both walls."""
+    wanted, found = map(periodic_orbit, pair(**changes))
+    assert found.word == wanted.word in ("R1 L1", "RS LS")
+    assert found.start == pytest.approx(wanted.start, abs=1e-10)
+    assert abs(found.multipliers) == pytest.approx(abs(wanted.multipliers), abs=1e-10)
+    assert found.peak == pytest.approx(wanted.peak, rel=1e-12)
+    for name, of_oscillator, part in (
+        ("gap", "clearance", 0.5),
+        ("free_mass", "mass_ratio", 1.0),
+        ("forcing_frequency", "frequency_ratio", 1.0),
+        ("restitution", "restitution", 1.0),
+    ):
+        change = part * wanted.sensitivity(of_oscillator)
+        assert found.sensitivity(name) == pytest.approx(change, abs=1e-8 * abs(change).max())
+        change = part * wanted.peak_sensitivity(of_oscillator)
+        assert found.peak_sensitivity(name) == pytest.approx(change, abs=1e-8 + 1e-8 * abs(change))
+
+
+def test_one_mode_has_the_exponents_of_the_oscillator():
+    one, other = pair(mass_ratio=0.3, damping_ratio=0.02, frequency_ratio=1.2, clearance=0.5)
+    run = {"transient": 10, "periods": 8, "observers": ["lyapunov"]}
+    wanted, found = damper.simulate(one, **run), damper.simulate(other, **run)
+    assert found.lyapunov_exponents.values == pytest.approx(
+        wanted.lyapunov_exponents.values, abs=1e-7
+    )
+    assert abs(found.lyapunov_residual) < 1e-12
+    assert found.slowest_impact.item() == pytest.approx(wanted.slowest_impact.item(), rel=1e-6)
+    with pytest.raises(TypeError, match="observers is not known on a structure"):
+        damper.simulate(other, observers=["lyapunov", "impacts"])
+
+
+def at_the_right_wall(p, speed, phase):
+    """Displacements and velocities of the modes before and after an impact, in closed form.
+
+    The free mass flies at a speed from wall to wall, twice a cycle. Each mode has the steady
+    response to the force, which has a phase there, and that to impulses to and fro.
+    """
+    rates, omega = 2.0 * math.pi * HERTZ, p.forcing_frequency
+    moved = FORCE / (rates**2 - omega**2 + 2j * RATIOS * rates * omega) * np.exp(1j * phase)
+    turns = rates * np.sqrt(1.0 - RATIOS**2)
+    poles = -RATIOS * rates + 1j * turns
+    # Impulses of -1 half a cycle before, 1 a cycle before, ...
+    lasting = np.exp(poles * math.pi / omega) / (1.0 + np.exp(poles * math.pi / omega)) / turns
+    push = 2.0 * p.each[0].mass * speed * BOX
+    before = (1j * omega * moved - poles * lasting * push).imag
+    return (moved - lasting * push).imag, before, before + push
+
+
+def two_impacts(p, speed, phase):
+    """Residuals: the mass arrives after half a cycle, with the restitution of its walls."""
+    x, before, after = at_the_right_wall(p, speed, phase)
+    arrives = BOX @ x + 0.5 * BALL["gap"] - 0.5 * speed * math.pi / p.forcing_frequency
+    return [arrives, speed + BOX @ after - BALL["restitution"] * (speed - BOX @ before)]
+
+
+def closed_orbit(p):
+    """The motion with two impacts, from the closed form."""
+    speed, phase = fsolve(lambda at: two_impacts(p, *at), [7.0, 3.8], xtol=1e-13)
+    x, _, v = at_the_right_wall(p, speed, phase)
+    time = phase % (2.0 * math.pi) / p.forcing_frequency
+    return damper.State(x, v, BOX @ x + 0.5 * BALL["gap"], -speed, time)
+
+
+def test_two_impacts_on_three_modes_are_those_of_the_closed_form():
+    """The product of the multipliers is what dashpots and impacts leave of a volume."""
+    p = on_beam()
+    start = closed_orbit(p)
+    run = damper.start(p, start)
+    run.advance(p.cycle)
+    orbit = periodic_orbit(p, state=run.state)
+    assert orbit.word == "R1 L1"
+    hit = orbit.events[orbit.events["side"] == 1][0]
+    assert hit["time"] == pytest.approx(start.time, abs=1e-9)
+    assert hit["x"] == pytest.approx(BOX @ start.x, abs=1e-9)
+    volume = np.exp(-2.0 * (RATIOS * 2.0 * math.pi * HERTZ).sum() * p.cycle) * 0.5**4
+    assert np.prod(orbit.multipliers).real == pytest.approx(volume, rel=1e-9)
+
+
+def test_a_branch_of_three_modes():
+    """Along a gap, past where symmetry breaks, and back along a mode's frequency."""
+    p = on_beam(masses=[BALL | {"gap": 8.0}])
+    branch = continue_orbit(periodic_orbit(p), "gap_0", 7.8, 8.1, step=0.1)
+    (point,) = branch.special_points
+    assert point.kind == "symmetry breaking"
+    nearest = abs(point.orbit.multipliers - 1.0).min()
+    assert nearest < 1e-6
+    cube = branch.to_dataset()
+    assert (cube.x.dims, cube.y.dims) == (("orbit", "coordinate"), ("orbit",))
+    orbit = branch.orbits[len(branch.orbits) // 2]
+    own, step = orbit.parameters, 1e-4
+    for name in ("gap_0", "mode_2_frequency", "mode_2_damping_ratio"):
+        value = own.value_of(name)
+        ends = [
+            periodic_orbit(own.having({name: value * (1.0 + way)}), state=orbit.state).start
+            for way in (-step, step)
+        ]
+        wanted = (ends[1] - ends[0]) / (2.0 * step * value)
+        assert orbit.sensitivity(name) == pytest.approx(wanted, abs=1e-5 * abs(wanted).max())
+
+
+def test_what_orbits_on_structures_do_not_know_is_refused():
+    p = on_beam(masses=[BALL | {"gap": 8.0}])
+    orbit = periodic_orbit(p)
+    with pytest.raises(ValueError, match=r"gap: masses\[0\] has its own; give gap_0"):
+        orbit.sensitivity("gap")
+    with pytest.raises(TypeError, match="unknown quantity of a structure"):
+        orbit.sensitivity("clearance")
+    with pytest.raises(ValueError, match="smallest_shock does not know boxes on a structure"):
+        damper.smallest_shock(orbit)
