@@ -93,9 +93,23 @@ def test_figures_and_tables(cube, tmp_path):
         figure = study.figure_kinds.module(made.kind).draw({"cube": cube}, made)
         lines = [len(ax.lines) for ax in figure.axes]
         assert lines == ([2, 2] if made.panels else [2])
+        if made.panels:
+            assert [ax.get_title() for ax in figure.axes] == ["gap: 0.04 m", "gap: 9 m"]
     table = study.table_kinds.module("values").make({"cube": cube}, study.tables["peaks"])
     assert len(table.data) == 4
     assert table.data[["peak_displacement, point tip", "input_power"]].notna().all(axis=None)
+
+
+def test_words_name_the_box_of_a_mass():
+    """Where there are several, and the mass as well where they share a box."""
+    modes = Structure.from_modes([1.0], 0.02, {"tip": [1], "middle": [0.3], "force": "middle"})
+    one = {"free_mass": 0.1, "gap": 0.04, "restitution": 0.6}
+    masses = [one | {"box": box} for box in ("tip", "middle", "tip")]
+    p = damper.SIParameters(structure=modes, forcing="none", masses=masses)
+    assert p.words_of("gap_1") == "gap in middle"
+    assert p.words_of("free_mass_2") == "free mass of mass 2 in tip"
+    assert p.words_of("mode_1_frequency") == "mode 1 frequency"
+    assert p.having({"masses": masses[:1]}).words_of("gap_0") == "gap"
 
 
 def test_a_structure_is_read_from_files_beside_the_study(tmp_path):

@@ -22,7 +22,7 @@ from damper.parameters.structural import StructureParameters
 from damper.study.products import MOST_COLUMNS
 from damper.study.simulation import simulate
 from damper.sweep.estimate import MOST_PERIODS
-from damper.sweep.events import events
+from damper.sweep.events import IMPACT, STICK, events
 from damper.sweep.points import one_run
 from damper.sweep.record import settings_of
 
@@ -51,7 +51,7 @@ class Run:
 
     def __repr__(self) -> str:
         found, stretch = self.events, self.motion.time.values
-        impacts, sticks = ((found["kind"] == kind).sum() for kind in (0, 1))
+        impacts, sticks = ((found["kind"] == kind).sum() for kind in (IMPACT, STICK))
         return (
             f"<Run of {self.parameters}\n from time {stretch[0]:.6g} to {stretch[-1]:.6g}: "
             f"{impacts} impacts, {sticks} start{'' if sticks == 1 else 's'} of sticking>"

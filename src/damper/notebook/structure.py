@@ -14,7 +14,7 @@ from damper.parameters import State
 from damper.parameters.lazy import Figure, xr
 from damper.parameters.names import unknown_name
 from damper.parameters.structural import StructureParameters
-from damper.sweep.events import EventTable
+from damper.sweep.events import IMPACT, STICK, EventTable
 from damper.sweep.started import start as started
 from damper.sweep.structures import structure_cube
 
@@ -47,7 +47,7 @@ class StructureRun:
 
     def __repr__(self) -> str:
         events, found = self.events, self.results
-        impacts, sticks = (int((events["kind"] == kind).sum()) for kind in (0, 1))
+        impacts, sticks = (int((events["kind"] == kind).sum()) for kind in (IMPACT, STICK))
         width = max(map(len, (*self.parameters.structure.points, "point")))
         lines = [
             f"<Run on {self.parameters.structure}",

@@ -524,6 +524,15 @@ class StructureParameters(QuantityClass, shares=SIParameters):
             raise ValueError(f"{name} is of mass {number}, and masses has {len(self.each)}, from 0")
         return known[common]
 
+    def words_of(self, name: str) -> str:
+        """Return the words for a number that `having` takes, with the box of a single mass."""
+        common, number = split(name, OF_A_MASS_STRUCTURE) or (name, -1)
+        words, boxes = common.replace("_", " "), [one.box for one in self.each]
+        if number < 0 or len(boxes) == 1:
+            return words
+        alone = boxes.count(boxes[number]) == 1
+        return f"{words}{'' if alone else f' of mass {number}'} in {boxes[number]}"
+
     def having(self, values: Mapping[str, Any]) -> "StructureParameters":
         """Return these parameters with other values.
 

@@ -54,17 +54,17 @@ def measured_grid(
 
 def structure_cube(
     arrays: Mapping[str, np.ndarray],
-    axes: Mapping[str, tuple[Sequence[float], str]],
+    axes: Mapping[str, tuple[Sequence[float], str, str]],
     points: Sequence[str],
     attributes: Mapping[str, Any],
 ) -> xr.Dataset:
-    """Make a cube of arrays that have the axes first; each axis has its values and their unit."""
+    """Make a cube of arrays that have the axes first; of each values, their unit, and words."""
     data = {
         v.name: described(v, arrays[v.name], tuple(axes)) for v in VARIABLES if v.name in arrays
     }
     coords: dict[str, Any] = {
-        name: (name, list(values), {"long_name": name.replace("_", " "), "units": unit})
-        for name, (values, unit) in axes.items()
+        name: (name, list(values), {"long_name": words, "units": unit})
+        for name, (values, unit, words) in axes.items()
     }
     coords |= {"point": list(points), "mode": np.arange(1, arrays["mean_energy"].shape[-1] + 1)}
     coords["body"] = np.arange(arrays["impact_power"].shape[-1])
@@ -134,7 +134,7 @@ def simulate_structure(
         "recorded_periods": cycles[1],
         **engine,
     }
-    along = {name: (values, units[name]) for name, values in axes.items()}
+    along = {n: (values, units[n], parameters.words_of(n)) for n, values in axes.items()}
     cube = structure_cube(arrays, along, [*parameters.structure.points], attributes)
     return cube if lyapunov is None else cube.assign(_exponents_in(arrays, tuple(axes)))
 

@@ -38,7 +38,7 @@ def run_part(
 
 def gather(
     parts: Sequence[PartData],
-    axes: Mapping[str, tuple[Sequence[float], str]],
+    axes: Mapping[str, tuple[Sequence[float], str, str]],
     points: Sequence[str],
     attributes: Mapping[str, Any],
 ) -> xr.Dataset:

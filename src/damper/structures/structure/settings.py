@@ -327,7 +327,8 @@ class StructureStudy(StudyFile):
     def gathered(self, engine: Mapping[str, Any]) -> dict[str, Job]:
         settings = {
             "axes": {
-                name: [list(axis.given), self.units[name]] for name, axis in self.axes.items()
+                name: [list(axis.given), self.units[name], self.damper.words_of(name)]
+                for name, axis in self.axes.items()
             },
             "points": list(self.damper.structure.points),
             "attributes": self.attributes(),
@@ -343,7 +344,9 @@ class StructureStudy(StudyFile):
         found |= {label_of(name): str(value) for name, value in self.parameters.items()}
         for name, axis in self.axes.items():
             values, unit = axis.given, self.units[name]
-            found[label_of(name)] = f"{values[0]:g} to {values[-1]:g} {unit}, {len(values)} values"
+            found[self.damper.words_of(name)] = (
+                f"{values[0]:g} to {values[-1]:g} {unit}, {len(values)} values"
+            )
         return found | {"forcing": self.forcing.kind}
 
     @property

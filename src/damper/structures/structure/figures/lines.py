@@ -57,7 +57,7 @@ def draw(results: Mapping[str, Any], settings: StructureLines) -> Figure:
         abscissa = label("time", "", "s")
     else:
         unit = cube[settings.along].attrs.get("units", "")
-        abscissa = label(label_of(settings.along), "", unit)
+        abscissa = label(_words(cube, settings.along), "", unit)
     panels.label_outer(axes, abscissa, ordinate)
     handles: dict[str, Any] = {}
     for ax, part in zip(axes, shown, strict=True):
@@ -83,7 +83,12 @@ def _text(part: xr.Dataset, dim: str) -> str:
     value = part[dim].item()
     shown = value if isinstance(value, str) else f"{value:g}"
     unit = part[dim].attrs.get("units", "")
-    return f"{label_of(dim)}: {shown} {unit}".strip() if unit else f"{label_of(dim)} {shown}"
+    words = _words(part, dim)
+    return f"{words}: {shown} {unit}".strip() if unit else f"{words} {shown}"
+
+
+def _words(cube: xr.Dataset, dim: str) -> str:
+    return str(cube[dim].attrs.get("long_name", label_of(dim)))
 
 
 def _panel(ax: Axes, part: xr.Dataset, name: str, settings: StructureLines) -> dict[str, Any]:
