@@ -11,6 +11,7 @@ from damper.engine.trajectory import Trajectory
 from damper.models import model_of
 from damper.observers.motion import ObservedMotion, in_words
 from damper.parameters import State
+from damper.parameters.models import MODELS, require_model
 from damper.parameters.quantity import real, whole
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.orbits.arcs import state_of, vector
@@ -89,6 +90,7 @@ def smallest_shock(
     """
     if not isinstance(orbit, PeriodicOrbit):
         raise TypeError(f"orbit = {orbit!r}: must be a damper.PeriodicOrbit")
+    require_model(orbit.parameters.dimensionless, MODELS, "smallest_shock")
     if not orbit.stable:
         growth = abs(orbit.multipliers[0])
         raise ValueError(
