@@ -255,6 +255,56 @@ def test_the_free_mass_moves_until_it_is_paused(browser: Browser) -> None:
     assert browser.value(clock) == now
 
 
+def test_a_kept_point_stands_beside_the_next(browser: Browser) -> None:
+    """Its curves are dotted beneath those of the next one, its values beside them."""
+    buttons = f"[...{figure('diagram')}.querySelectorAll('.bar button')]"
+    button = f"{buttons}.find((one) => /point/.test(one.textContent))"
+    peak = f"{figure('diagram')}.querySelector('.values > div').textContent"
+    curves = f"[...{figure('diagram')}.querySelector('.history').data].map((one) => one.name)"
+    enter(browser, "diagram", "0.3")
+    first = said(browser, "diagram", "0.3")
+    browser.wait(f"{figure('diagram')}.querySelector('.history').data !== undefined")
+    before = browser.value(peak)
+    browser.value(f"{button}.click()")
+    enter(browser, "diagram", "0.6")
+    assert said(browser, "diagram", "0.6") != first
+    browser.wait(f"{peak}.includes('kept')")
+    assert browser.value(peak).endswith(f"kept: {before.removeprefix('largest displacement')}")
+    browser.wait(f"{curves}.includes('primary, kept')")
+    rows = f"{figure('diagram')}.querySelector('.history').data"
+    old, new = (
+        browser.value(f"Array.from({rows}.find((one) => one.name === {name!r}).y)")
+        for name in ("primary, kept", "primary")
+    )
+    assert max(map(abs, old)) == pytest.approx(
+        float(before.split()[1].removeprefix("displacement")), rel=0.02
+    )
+    assert old != new
+    assert first in browser.value(f"{figure('diagram')}.querySelector('.values .told').textContent")
+    browser.value(f"{button}.click()")
+    browser.wait(f"!{curves}.includes('primary, kept')")
+    assert "kept" not in browser.value(peak)
+
+
+def test_what_is_a_picture_says_what_it_shows(browser: Browser) -> None:
+    pictures = "[...document.querySelectorAll('[role=img]')]"
+    assert browser.value(f"{pictures}.length") >= len(SETTINGS)
+    assert browser.value(f"{pictures}.every((one) => one.getAttribute('aria-label'))")
+
+
+def test_colours_of_ratios_are_those_of_the_data(browser: Browser) -> None:
+    cube, _ = made("map")
+    trace = f"{figure('map')}.querySelector('.panel').data[0]"
+    shown = browser.value(f"(({{ zmin, zmax }}) => [zmin, zmax])({trace})")
+    ratios = np.log10(cube.rms_ratio.values)
+    assert shown == pytest.approx([max(ratios.min(), -1), min(ratios.max(), 1)], abs=1e-6)
+    ticks = np.log10(browser.value(f"{trace}.colorbar.ticktext.map(Number)"))
+    assert any(shown[0] <= tick < 0.0 for tick in ticks)
+    assert any(0.0 < tick <= shown[1] for tick in ticks)
+    white = browser.value(f"{trace}.colorscale.find((one) => one[1] === '#FFFFFF')[0]")
+    assert white == pytest.approx(shown[0] / (shown[0] - shown[1]))
+
+
 def test_a_link_leads_to_what_was_chosen(folder: Path, browser: Browser) -> None:
     enter(browser, "diagram", "0.45")
     shown = said(browser, "diagram", "0.45")

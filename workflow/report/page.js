@@ -148,6 +148,7 @@ damper.unpack = (text, Kind) =>
 
 const BLUE = "#0072B2", ORANGE = "#E69F00", VERMILION = "#D55E00", GREEN = "#009E73";
 const FREE_MASS = VERMILION, RELATIVE = GREEN; // as in the static figures; the primary is ink
+const KEEP = "Keep this point beside the next";
 const CHATTER = ["no visible chatter", "incomplete chatter", "complete chatter"];
 const show = (value) => typeof value === "number" ? String(Number(value.toPrecision(5))) : value;
 const pretty = (units) => units.replace("sqrt(K M)", "√(KM)").replace("sqrt", "√").replace("F0", "F₀").replace("^2", "²");
@@ -240,6 +241,7 @@ damper.draw = (place) => {
   const wrongly = element("p", { role: "alert" });
   const stage = element("canvas", { className: "stage", height: 80 }), scale = element("p", { className: "more" });
   stage.setAttribute("role", "img");
+  stage.setAttribute("aria-label", "The free mass in its box: no point is computed yet");
   const [history, primary, relative] = ["history", "", ""].map((name) => element("div", { className: name, role: "group" }));
   const now = element("div", { className: "now" }), past = element("div", { className: "past" }, history, now);
   const runs = element("div", { className: "runs" }, past, relative, primary);
@@ -255,10 +257,17 @@ damper.draw = (place) => {
     text.select();
     navigator.clipboard?.writeText(text.value).then(() => { note.textContent = "Copied."; }, () => {});
   });
+  // The run that the next ones are drawn over, and what was said of it.
+  let kept = null;
+  const keep = element("button", { type: "button", onclick: () => {
+    kept = kept ? null : shown && { shown, said: said.textContent, told: shown.told };
+    keep.textContent = kept ? "Forget the kept point" : KEEP;
+    if (shown) describe(shown.told), plots(shown.run, shown.units);
+  } }, KEEP);
   const bar = element("div", { className: "controls bar" }, play, element("label", {}, "speed ", speed),
     copy("Copy link", () => location.href), copy("Copy as Python", () => python()), copy("Copy as YAML", () => yaml()),
     button("Figure as CSV", () => download(`${place.dataset.figure.replaceAll("/", "-")}.csv`, table())),
-    button("Motion as CSV", () => download("motion.csv", motion())), note);
+    button("Motion as CSV", () => download("motion.csv", motion())), keep, note);
   const colourOf = map && !data.classes.length ? `Colour: ${named(data.label, data.units)}` : "";
   place.replaceChildren(wrongly, controls, element("p", { className: "more" }, colourOf), panel, sliders,
     element("details", {}, element("summary", {}, "All parameters and the start"), every), beside, said, stage, scale, bar, text, runs, measured);
@@ -287,9 +296,16 @@ damper.draw = (place) => {
         [[k / classes.length, fill], [(k + 1) / classes.length, fill]]);
       Object.assign(trace, { zmin: -0.5, zmax: classes.length - 0.5, showscale: false });
     } else if (ratio) {
-      const ticks = [0.1, 0.2, 0.5, 1, 2, 5, 10];
-      trace.colorscale = data.colours.map((fill, k) => [k / (data.colours.length - 1), fill]);
-      Object.assign(trace, { zmin: -1, zmax: 1 });
+      // Either side of 1 has the colours of its own range, up to ten times.
+      const ticks = [0.1, 0.2, 0.5, 1, 2, 5, 10], known = grid.filter((z) => z > 0 && Number.isFinite(z));
+      const span = (most) => Math.log10(Math.min(Math.max(most, 1.05), 10));
+      const below = span(1 / known.reduce((a, z) => Math.min(a, z), 1)), above = span(known.reduce((a, z) => Math.max(a, z), 1));
+      const middle = below / (below + above), last = (data.colours.length - 1) / 2;
+      const [low, high] = [10 ** -below, 10 ** above];
+      if (!ticks.some((tick) => tick < 1 && tick >= low)) ticks.push(Math.ceil(100 * low) / 100);
+      if (!ticks.some((tick) => tick > 1 && tick <= high)) ticks.push(Math.floor(100 * high) / 100);
+      trace.colorscale = data.colours.map((fill, k) => [k < last ? middle * k / last : middle + (1 - middle) * (k / last - 1), fill]);
+      Object.assign(trace, { zmin: -below, zmax: above });
       Object.assign(bar, { tickvals: ticks.map(Math.log10), ticktext: ticks.map(String) });
     }
     const dots = { type: "scatter", mode: "markers", hoverinfo: "skip" }, drawn = [trace];
@@ -476,11 +492,17 @@ damper.draw = (place) => {
       ["of it lost in the dashpot", found.dashpot * joule, units.energy + share(found.dashpot)],
       ["of it lost in impacts", found.lost * joule, units.energy + share(found.lost)],
       ["of it stored", found.stored * joule, units.energy + share(found.stored)]];
-    measured.replaceChildren(...told.filter(([, value]) => Number.isFinite(value)).map(([label, value, unit]) =>
-      element("div", {}, element("dt", {}, label), element("dd", {}, `${show(value)} ${pretty(unit)}`))));
+    describe(shown.told = told.filter(([, value]) => Number.isFinite(value)).map(([label, value, unit]) => [label, `${show(value)} ${pretty(unit)}`]));
     runs.hidden = measured.hidden = false;
     stage.setAttribute("aria-label", `The free mass in its box over ${run.cycles} cycles: ${said.textContent}`);
     painted(() => shown?.run === run && plots(run, units));
+  };
+
+  const describe = (told) => {
+    const before = Object.fromEntries(kept?.told ?? []);
+    measured.replaceChildren(...told.map(([label, text]) => element("div", {}, element("dt", {}, label), element("dd", {}, text,
+      ...(kept ? [element("br"), `kept: ${before[label] ?? "none"}`] : [])))),
+    ...(kept ? [element("div", {}, element("dt", {}, "kept point, dotted"), element("dd", { className: "told" }, kept.said))] : []));
   };
 
   const plots = (run, units) => {
@@ -495,7 +517,12 @@ damper.draw = (place) => {
     const times = rows.map((row) => row[0]), between = rows.map((row) => row[3] - row[1]), still = { ...PLOT, displayModeBar: false };
     const wall = (sign) => line([times[0], times.at(-1)], [sign * walls, sign * walls], "walls", "",
       { line: { color: "#999", width: 1 }, yaxis: "y2", showlegend: sign > 0, hoverinfo: "skip" });
-    Plotly.react(history, [line(times, column(1), "primary", ink), line(times, column(3), "free mass", FREE_MASS),
+    // The kept run, beneath: the same curves, dotted.
+    const other = kept && kept.shown !== shown ? kept.shown.rows : null;
+    const under = (x, y, name, paint, more = {}) => other ? [line(other.map(x), other.map(y), `${name}, kept`, paint,
+      { line: { color: paint, width: 1.1, dash: "dot", simplify: false }, ...more })] : [];
+    Plotly.react(history, [...under((r) => r[0], (r) => r[1], "primary", ink),
+      ...under((r) => r[0], (r) => r[3] - r[1], "relative motion", RELATIVE, { yaxis: "y2" }), line(times, column(1), "primary", ink), line(times, column(3), "free mass", FREE_MASS),
       line(times, between, "free mass relative to the primary", RELATIVE, { yaxis: "y2" }), wall(-1), wall(1)],
     layout(axis(named("time", units.time), { anchor: "y2" }), axis(named("displacement", units.length), { domain: [0.54, 1] }),
       { height: 480, yaxis2: axis(named("relative", units.length), { domain: [0, 0.46], range: [-1.12 * walls || -1, 1.12 * walls || 1] }) }), still);
@@ -504,10 +531,10 @@ damper.draw = (place) => {
       { mode: "markers", marker: { size: 5, color: ORANGE } });
     const edges = [-walls, walls].map((at) => ({ type: "line", x0: at, x1: at, yref: "paper", y0: 0, y1: 1, line: { color: "#999", width: 1 } }));
     const small = { height: 320, showlegend: true };
-    Plotly.react(relative, [line(between, rows.map((row) => row[4] - row[2]), "relative motion", RELATIVE), dots(2)],
+    Plotly.react(relative, [...under((r) => r[3] - r[1], (r) => r[4] - r[2], "relative motion", RELATIVE), line(between, rows.map((row) => row[4] - row[2]), "relative motion", RELATIVE), dots(2)],
       layout(axis(named("relative displacement", units.length), { range: [-1.12 * walls || -1, 1.12 * walls || 1] }),
         axis(named("relative velocity", units.speed), padded(rows.map((row) => row[4] - row[2]))), { ...small, shapes: edges }), still);
-    Plotly.react(primary, [line(column(1), column(2), "primary", ink), dots(0)],
+    Plotly.react(primary, [...under((r) => r[1], (r) => r[2], "primary", ink), line(column(1), column(2), "primary", ink), dots(0)],
       layout(axis(named("displacement", units.length), padded(column(1))), axis(named("velocity", units.speed), padded(column(2))), small), still);
     history.setAttribute("aria-label", `Time history: ${said.textContent}`);
     relative.setAttribute("aria-label", "Phase portrait of the relative motion");
