@@ -30,7 +30,7 @@ POINTS = [
     {**POINT, "clearance": 50.0},
     {**POINT, "restitution": 1.0, "clearance": 0.0003},
 ]
-LIMIT = 1000
+LIMIT = 700
 SECTIONS = ("stroboscopic_section", "impact_section")
 #: All that go together: every pair is among those.
 SUBSETS = [tuple(name for name in OBSERVERS if name != section) for section in SECTIONS]
@@ -114,7 +114,7 @@ def test_status_does_not_depend_on_what_is_observed(transient: int) -> None:
 
 @pytest.mark.parametrize("subset", SUBSETS, ids="+".join)
 def test_results_of_an_observer_do_not_depend_on_the_others(subset: tuple[str, ...]) -> None:
-    run = {"transient": 4, "periods": 12, "max_events": LIMIT}
+    run = {"transient": 4, "periods": 6, "max_events": LIMIT}
     together, made = run_points(POINTS, {name: SETTINGS[name] for name in subset}, **run)
     assert len(made) == len(subset)
     for name in subset:
