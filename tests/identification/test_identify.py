@@ -129,6 +129,10 @@ def test_measured_tennis_ball():
     found = damper.identify(record, ["restitution", "initial_position"], FLOOR)
     low, high = found.interval("restitution")
     assert 0.73 < low < 0.765 < high < 0.80
+    # Its study gives no frequency, which nothing has, and runs.
+    (study,) = found.studies.values()
+    assert not {"forcing_frequency", "force_amplitude"} & {*study["parameters"]}
+    assert cube_of(study).trajectory_time.max() > 1.3
 
 
 def test_decay_page_and_study(tmp_path, monkeypatch):

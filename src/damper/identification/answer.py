@@ -17,7 +17,7 @@ from damper.identification.problem import OF_RECORD, RecordedDamper
 from damper.identification.recordings import KINDS, Recording, read_recording
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.files import path_of
-from damper.parameters.forcing import forcing_of
+from damper.parameters.forcing import forcing_of, left_out
 from damper.parameters.lazy import pd
 from damper.parameters.named import completed
 from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
@@ -381,11 +381,13 @@ def _study(problem: RecordedDamper, fit: Fit, k: int) -> dict[str, Any]:
     parameters, _ = problem.start(values, 0.0)
     force = values.pop("forcing", None)
     masses = values.pop("masses", None)
+    free = left_out(parameters.forcing, problem.si)
+    given = {name: float(v) for name, v in values.items() if free.get(name) != v}
     span = float(record.times.sum() if record.kind == "intervals" else np.ptp(record.times))
     study: dict[str, Any] = {
         "title": f"{record.label}: as identified",
         "source": "identified by damper.identify",
-        "parameters": {name: float(value) for name, value in values.items()},
+        "parameters": given,
         "transient": 0,
         "periods": max(math.ceil(span / parameters.cycle), 1),
         "observers": {"trajectory": {"samples_per_period": 200}, "bursts": {}},
