@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 from new_process import modules_after
 
 import damper
+from damper.analysis.orbits import follow_orbits
 from damper.figures import modules
 from damper.figures.common.style import GREEN, VERMILION
 from damper.study.digest import files_behind
@@ -177,6 +178,25 @@ def test_limit_is_drawn_in_place(light: xr.Dataset, upright: bool) -> None:
         np.testing.assert_allclose(r[inside], critical_restitution(2.0 * d[inside] / amplitude))
         # The axes stay those of the map.
         assert (ax.get_xlim() if upright else ax.get_ylim())[1] < 1.7
+
+
+# --- branches of orbits
+
+
+def test_special_points_are_marked_where_a_multiplier_is_1() -> None:
+    """Over the sizes of all multipliers, the one that changes the motion; grazing has none."""
+    point = {"mass_ratio": 0.1, "damping_ratio": 0.1, "frequency_ratio": 1.0, "restitution": 0.5}
+    axes = {"clearance": (4.4, 5.0, 5.6)}
+    entry = {"along": "clearance", "start": 5.0, "period": 1, "settle": 200, "max_orbits": 60}
+    branches = follow_orbits({"two": entry}, point | {"phase": 0.0}, axes)
+    cube = damper.simulate(**point, **axes, transient=50, periods=5)
+    settings = {"along": "clearance", "variables": ["displacement", "multiplier"], "orbits": True}
+    motion, sizes = drawn("bifurcation", cube, branches, **settings).axes
+    marked = [line for line in sizes.lines if line.get_marker() == "^"]
+    (breaking,) = np.concatenate([line.get_xydata() for line in marked])
+    assert breaking == pytest.approx([4.616152418, 1.0], abs=1e-6)
+    assert not [line for line in sizes.lines if line.get_marker() == "x"]
+    assert [line for line in motion.lines if line.get_marker() == "^"]
 
 
 # --- cost

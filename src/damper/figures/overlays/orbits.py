@@ -32,6 +32,8 @@ _MARKERS = {
     "grazing": "x",
     "complete chatter": "*",
 }
+#: The variable that is the size of the multipliers, and changes at which none is 1.
+_SIZES, _NOT_AT_ONE = "multiplier", ("grazing", "complete chatter")
 
 
 def overlay(panels: Panels) -> list[Artist]:
@@ -67,15 +69,24 @@ def _branches(panels: Panels) -> list[Artist]:
                 drawn[text] = legend_line(text, **style)
             for kind, marker in _MARKERS.items():
                 here = points.isel(point=points.kind.values == kind)
-                if here.sizes["point"]:
+                # At grazing and the border of chatter no multiplier is 1: they are marked above.
+                if here.sizes["point"] and not (name == _SIZES and kind in _NOT_AT_ONE):
                     style = {"ls": "", "marker": marker, "ms": 3.0, "color": BLACK, "mew": 0.6}
                     style |= {} if marker == "x" else {"mfc": "white"}
-                    values = here[f"point_{name}"].values
+                    values = _at_one(here[f"point_{name}"].values, name == _SIZES)
                     x = np.repeat(here.point_value.values, values.shape[1])
                     ax.plot(x, values.ravel(), zorder=4.0, **style)
                     drawn[kind] = legend_line(kind, **style)
             ax.set(xlim=limits[0], ylim=limits[1])
     return list(drawn.values())
+
+
+def _at_one(values: np.ndarray, are_sizes: bool) -> np.ndarray:
+    """Values of special points to mark: of sizes of multipliers the one nearest to 1."""
+    if not are_sizes:
+        return values
+    distances = np.where(np.isfinite(values), abs(values - 1.0), np.inf)
+    return np.take_along_axis(values, distances.argmin(axis=1)[:, None], axis=1)
 
 
 def _curves(panels: Panels) -> list[Artist]:
