@@ -27,6 +27,7 @@ FIRST = (
 #: longer than short runs, and the bytes are the same (tests/engine/test_compiled.py). A test of
 #: long runs is marked `compiled`.
 PLAIN = (
+    "src/damper/identification/",
     *("tests/analysis/", "tests/engine/", "tests/figures/", "tests/identification/"),
     *("tests/models/", "tests/notebook/", "tests/study/", "tests/sweep/", "tests/theory/"),
     *(f"tests/observers/test_{name}.py" for name in ("bodies", "decay", "laws", "lyapunov")),
@@ -48,13 +49,19 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=place)
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
-    """Run the tests of the plain rooms as plain Python, in all threads."""
-    before = compiled._plain
-    if item.nodeid.startswith(PLAIN) and not item.get_closest_marker("compiled"):
-        compiled._plain = SimpleNamespace(running=True)
-    try:
-        return (yield)
-    finally:
-        compiled._plain = before
+class PlainRooms:
+    """Runs the tests of the plain rooms as plain Python, in all threads; examples of src, too."""
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
+        before = compiled._plain
+        if item.nodeid.startswith(PLAIN) and not item.get_closest_marker("compiled"):
+            compiled._plain = SimpleNamespace(running=True)
+        try:
+            return (yield)
+        finally:
+            compiled._plain = before
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.pluginmanager.register(PlainRooms())
