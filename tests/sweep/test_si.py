@@ -163,7 +163,7 @@ def assert_scaled(cube: xr.Dataset, ratios: xr.Dataset, units: Units) -> None:
 
 
 @pytest.mark.parametrize(
-    ("model", "force"), thinned(SCENES, lambda pair: SCENES.index(pair) % 5 == 0)
+    ("model", "force"), thinned(SCENES, lambda pair: SCENES.index(pair) % 7 == 0)
 )
 def test_a_run_in_si_is_the_dimensionless_one_in_other_units(model: str, force: str) -> None:
     """Every variable of every observer, and every column of the events, to the last bit."""
