@@ -47,7 +47,18 @@ def on(structure: Structure, *masses: dict[str, Any], **given: Any) -> SIParamet
 
 HEAVY = {"box": "b", "free_mass": 0.3, "gap": 0.6, "restitution": 0.3}
 TIES = {"tie_stiffness": 0.05, "tie_damping": 0.02}, HEAVY | {"tie_stiffness": 0.1}
+#: Without a coefficient of its own, which `on` gives.
+TABLED = {"box": "a", "free_mass": 0.1, "gap": 0.8, "restitution_table": [(0.1, 0.8), (1.0, 0.3)]}
 SCENES: dict[str, tuple[SIParameters, float]] = {
+    "tables": (
+        SIParameters(
+            structure=BEAM,
+            force_amplitude=1.0,
+            forcing_frequency=0.8,
+            masses=[TABLED, HEAVY | {"restitution_table_left": [(0.2, 0.5), (0.6, 0.4)]}],
+        ),
+        8.0,
+    ),
     "two boxes": (on(BEAM, {}, HEAVY), 14.0),
     "one box": (on(BEAM, {}, HEAVY | {"box": "a"}), 9.0),
     "base and gravity": (on(BEAM, {}, HEAVY, forcing="base", gravity=0.3), 12.0),

@@ -39,6 +39,7 @@ def on(*masses: dict[str, Any], structure: Structure = BEAM, **given: Any) -> SI
     return SIParameters(structure=structure, masses=masses, **values)
 
 
+TABLE = [(0.1, 0.8), (1.0, 0.3)]
 TIES = BALL | {"tie_stiffness": 0.05, "tie_damping": 0.02}, LOW | {"tie_stiffness": 0.1}
 #: Damper, until when it runs, whether a chatter sequence completes, and parameters.
 SCENES: dict[str, tuple[Any, float, bool, tuple[str, ...]]] = {
@@ -56,6 +57,15 @@ SCENES: dict[str, tuple[Any, float, bool, tuple[str, ...]]] = {
         6.0,
         False,
         ("tie_damping_0", "forcing_frequency", "force_amplitude"),
+    ),
+    "tables": (
+        on(
+            {"box": "a", "free_mass": 0.1, "gap": 0.8, "restitution_table": TABLE},
+            LOW | {"restitution_table_left": [(0.2, 0.5), (0.6, 0.4)]},
+        ),
+        6.0,
+        True,
+        ("free_mass_0", "gap_0"),
     ),
     "yielding": (on(BALL | {"yield_speed": 0.1}, LOW), 6.0, True, ("yield_speed_0", "phase")),
 }

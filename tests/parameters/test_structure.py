@@ -194,6 +194,11 @@ def test_masses_have_their_own_values_or_those_of_all():
         restitution=0.5,
         masses=[{"free_mass": 0.1}, {"free_mass": 0.2, "box": "deck", "restitution": 0.3}],
     )
+    tabled = parameters(
+        restitution_table=[(1.0, 0.4)],
+        masses=[MASS, {"free_mass": 0.2, "gap": 0.1, "box": "tip"}],
+    )
+    assert [m.tables for m in tabled.each] == [(), (((1.0, 0.4),),) * 2]
     assert [(m.box, m.mass, m.restitution) for m in p.each] == [
         ("tip", 0.1, 0.5),
         ("deck", 0.2, 0.3),
@@ -230,6 +235,14 @@ def test_amplitudes_of_forces_have_units_of_their_own():
     [
         ({"primary_mass": 1.0}, "primary_mass: the structure has its own; leave it out"),
         ({"support_stiffness": 1.0}, "support_stiffness: ties a free mass to the ground"),
+        (
+            {"masses": [MASS | {"restitution_table": [(1.0, 0.5)]}]},
+            r"masses\[0\]\.restitution = .* and restitution_table: the table says it",
+        ),
+        (
+            {"masses": [MASS | {"restitution_table_left": [(1.0, 0.5)], "yield_speed": 1.0}]},
+            r"masses\[0\]\.yield_speed and restitution_table_left ask for different contact laws",
+        ),
         ({"contact_stiffness": 1.0}, "contact_stiffness: goes with one primary mass"),
         ({"modulation_depth": 0.1}, "modulation_depth: goes with one primary mass"),
         ({"forcing_frequency": None}, "missing parameters: forcing_frequency"),

@@ -25,7 +25,7 @@ from damper.parameters.masses import Mass, listed, with_own
 from damper.parameters.names import OF_A_MASS_STRUCTURE, split, unknown_name
 from damper.parameters.quantity import Quantity, QuantityClass, quantity, shared
 from damper.parameters.structure import Structure
-from damper.parameters.tables import WALL_TABLES
+from damper.parameters.tables import TABLE_OF, WALL_TABLES, Table, read_table
 from damper.parameters.unit_text import number_in
 from damper.parameters.units import NO_UNITS, Units
 
@@ -46,15 +46,11 @@ _ELSEWHERE = (
         "goes with one primary mass, not with a structure; leave it out",
     )
     | dict.fromkeys(
-        WALL_TABLES,
-        "a structure's walls have no tables; give restitution, yield_speed and yield_exponent",
-    )
-    | dict.fromkeys(
         ("mass_share", "clearance_factor"), "give each mass of a structure its free_mass and gap"
     )
 )
 #: Quantities that every free mass needs.
-_NEEDED = ("free_mass", "gap", "restitution")
+_NEEDED = ("free_mass", "gap")
 
 
 @dataclass(frozen=True)
@@ -76,10 +72,17 @@ class StructureMass:
     """Acceleration to the left wall."""
     tie_stiffness: float
     tie_damping: float
+    tables: tuple[Table, ...] = ()
+    """Restitution by the approach speed, of the left and of the right wall, if there is a table."""
+
+    @property
+    def law(self) -> str:
+        """Which of `damper.engine.impact.LAWS` its walls have."""
+        return "tabled" if self.tables else "yielding"
 
     @property
     def restitutions(self) -> tuple[float, float]:
-        """Coefficients of restitution of the left and of the right wall."""
+        """Coefficients of restitution of the left and of the right wall, at small speeds."""
         left = self.restitution_left
         return self.restitution if left == math.inf else left, self.restitution
 
@@ -200,8 +203,11 @@ class StructureParameters(QuantityClass, shares=SIParameters):
         displacements are relative to the base.
     masses : sequence of mapping, optional
         Several free masses, a mapping for each: its own `box`, `free_mass`, `gap`, `restitution`,
-        `restitution_left`, `yield_speed`, `yield_exponent`, `gravity`, `friction_coefficient`,
-        `tie_stiffness`, `tie_damping` and `pendulum_length`, in place of the values for all masses.
+        `restitution_left`, their tables, `yield_speed`, `yield_exponent`, `gravity`,
+        `friction_coefficient`, `tie_stiffness`, `tie_damping` and `pendulum_length`, in place of
+        the values for all masses.
+    restitution_table, restitution_table_left : sequence of (float, float), optional
+        As for `damper.SIParameters`: rows (approach speed in m/s, coefficient), or a CSV file.
 
     Raises
     ------
@@ -293,6 +299,8 @@ class StructureParameters(QuantityClass, shares=SIParameters):
     # A force, or the name of one without settings until it is read.
     forcing: Any = HARMONIC
     masses: Any = None
+    restitution_table: Any = None
+    restitution_table_left: Any = None
 
     def __post_init__(self) -> None:
         values = self.__dict__
@@ -303,8 +311,11 @@ class StructureParameters(QuantityClass, shares=SIParameters):
         unit = self.forcing.si_unit
         values["force_amplitude"] = number_in("force_amplitude", self.force_amplitude, [unit])
         self.check_each()
+        for name in WALL_TABLES:
+            if values[name] is not None:
+                values[name] = read_table(name, values[name], "m/s")
         if self.masses is not None:
-            own = enumerate(listed(self.masses, OF_A_MASS_STRUCTURE))
+            own = enumerate(listed(self.masses, (*OF_A_MASS_STRUCTURE, *WALL_TABLES)))
             values["masses"] = tuple(_own_values(k, one) for k, one in own)
         self._check_forcing()
         self.dimensionless  # noqa: B018 - raises unless the scaled values are allowed, too
@@ -363,29 +374,40 @@ class StructureParameters(QuantityClass, shares=SIParameters):
 
     def _mass(self, where: str, own: Mapping[str, Any]) -> StructureMass:
         here = {**self.__dict__, **own}
+        # A mass's own restitution is in place of a table of all, and the reverse.
+        for wall, table in TABLE_OF.items():
+            if table in own:
+                here[wall] = own.get(wall, math.inf)
+            elif wall in own:
+                here[table] = None
         boxes = tuple(self.structure.boxes)
         if here["box"] is None and len(boxes) != 1:
             known = f"must be one of {', '.join(boxes)}" if boxes else "the structure has none"
             raise TypeError(f"{where}box is missing: {known}")
         box = boxes[0] if here["box"] is None else here["box"]
         self.structure.box(box, f"{where}box")
-        if missing := [name for name in _NEEDED if here[name] is None]:
+        missing = [name for name in _NEEDED if here[name] is None]
+        if here["restitution"] is None and here["restitution_table"] is None:
+            missing.append("restitution")
+        if missing:
             raise TypeError(f"missing parameters: {', '.join(where + name for name in missing)}")
         self._check_mass(where, here)
+        tables = _tables_in(where, here)
         across = here["transverse_acceleration"]
         hanging = here["free_mass"] * across / here["pendulum_length"]
         return StructureMass(
             box=box,
             mass=here["free_mass"],
             clearance=0.5 * here["gap"],
-            restitution=here["restitution"],
-            restitution_left=here["restitution_left"],
+            restitution=tables[1][0][1] if tables else here["restitution"],
+            restitution_left=tables[0][0][1] if tables else here["restitution_left"],
             yield_speed=here["yield_speed"],
             yield_exponent=here["yield_exponent"],
             friction=here["friction_coefficient"] * across,
             gravity=here["gravity"] * math.sin(math.radians(here["inclination"])),
             tie_stiffness=here["tie_stiffness"] + hanging,
             tie_damping=here["tie_damping"],
+            tables=tables,
         )
 
     def _check_mass(self, where: str, here: Mapping[str, Any]) -> None:
@@ -475,6 +497,7 @@ class StructureParameters(QuantityClass, shares=SIParameters):
                 gravity=one.gravity / units.acceleration,
                 tie_stiffness=one.tie_stiffness * (time * time / mass),
                 tie_damping=one.tie_damping * (time / mass),
+                tables=tuple(tuple((v / units.speed, r) for v, r in t) for t in one.tables),
             )
             for one in self.each
         )
@@ -594,12 +617,37 @@ def _lowest_rate(structure: Structure) -> float:
     return float(moving[0]) if len(moving) else 0.0
 
 
+def _tables_in(where: str, here: Mapping[str, Any]) -> tuple[Table, ...]:
+    """Tables of the left and of the right wall; none where neither has one."""
+    given = [name for name in WALL_TABLES if here[name] is not None]
+    if not given:
+        return ()
+    for wall, table in TABLE_OF.items():
+        if table in given and here[wall] not in (None, math.inf):
+            raise ValueError(
+                f"{where}{wall} = {here[wall]!r} and {table}: the table says it; leave one of "
+                "them out"
+            )
+    if here["yield_speed"] < math.inf:
+        raise ValueError(
+            f"{where}yield_speed and {given[0]} ask for different contact laws: give one"
+        )
+    right = here["restitution_table"] or ((1.0, here["restitution"]),)
+    left = here["restitution_table_left"]
+    if left is None and here["restitution_left"] < math.inf:
+        left = ((1.0, here["restitution_left"]),)
+    return left or right, right
+
+
 def _own_values(k: int, given: Mapping[str, Any]) -> Mass:
     known = {q.name: q for q in StructureParameters.quantities}
-    made = []
+    made: list[tuple[str, Any]] = []
     for name, value in given.items():
         try:
-            made.append((name, value if name == "box" else known[name].check(value)))
+            if name in WALL_TABLES:
+                made.append((name, read_table(name, value, "m/s")))
+            else:
+                made.append((name, value if name == "box" else known[name].check(value)))
         except (ValueError, TypeError) as error:
             raise type(error)(f"masses[{k}].{error}") from None
     return Mass(made)

@@ -131,7 +131,12 @@ def simulate(
     run = DEFAULTS | {name: given.pop(name) for name in DEFAULTS if name in given}
     if isinstance(parameters, StructureParameters) or given.get("structure") is not None:
         given |= {} if forcing is HARMONIC else {"forcing": forcing}
-        given |= {} if masses is None else {"masses": masses}
+        tabled = {
+            "masses": masses,
+            "restitution_table": restitution_table,
+            "restitution_table_left": restitution_table_left,
+        }
+        given |= {name: value for name, value in tabled.items() if value is not None}
         asked = {} if observers is USUAL else dict(_with_settings(observers))
         lyapunov = dict(asked.pop("lyapunov") or {}) if "lyapunov" in asked else None
         _refuse_on_structures(
@@ -139,8 +144,6 @@ def simulate(
             follow=follow,
             initial=initial != "rest",
             draws=draws,
-            restitution_table=restitution_table,
-            restitution_table_left=restitution_table_left,
             workers=workers,
         )
         with progress_bar() as progress:

@@ -17,6 +17,7 @@ from damper.parameters.names import OF_A_MASS_STRUCTURE
 from damper.parameters.run import RunSettings
 from damper.parameters.structural import StructureParameters
 from damper.parameters.structure_results import MOST_POINTS, VARIABLES
+from damper.parameters.tables import WALL_TABLES
 from damper.sweep.cube import described
 from damper.sweep.progress import Progress
 
@@ -102,14 +103,15 @@ def simulate_structure(
     """
     values = dict(given)
     if values.get("masses") is not None:
-        masses = listed(values["masses"], OF_A_MASS_STRUCTURE)
+        masses = listed(values["masses"], (*OF_A_MASS_STRUCTURE, *WALL_TABLES))
         own = {name: v for name, v in own_values(masses).items() if _runs(v)}
         values["masses"] = [
             {n: v[0] if f"{n}_{k}" in own else v for n, v in one.items()}
             for k, one in enumerate(masses)
         ]
         values |= own
-    named = {name: values.pop(name) for name in [*values] if _runs(values[name])}
+    run_through = [name for name in values if _runs(values[name]) and name not in WALL_TABLES]
+    named = {name: values.pop(name) for name in run_through}
     if parameters is None:
         first = values | {name: along[0] for name, along in named.items()}
         made = {name: first.pop(name) for name in [*first] if name in _KNOWN}

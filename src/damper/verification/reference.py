@@ -265,7 +265,7 @@ def system_of(
 
     def coefficient(side: int, w: mpf) -> mpf:
         if tables[side]:
-            return _between_rows([(mpf(v), mpf(r)) for v, r in tables[side]], w)
+            return between_rows([(mpf(v), mpf(r)) for v, r in tables[side]], w)
         return walls[side] * ((yields / w) ** exponent if w > yields else 1)
 
     mass = Body(
@@ -284,7 +284,7 @@ def system_of(
     return System(zeta, force, inertial, (mass,))
 
 
-def _between_rows(rows: Sequence[tuple[mpf, mpf]], w: mpf) -> mpf:
+def between_rows(rows: Sequence[tuple[mpf, mpf]], w: mpf) -> mpf:
     """Coefficient of a table: a mean of its neighbours by the distances of the logarithms."""
     after = sum(v < w for v, _ in rows)
     if after in (0, len(rows)):

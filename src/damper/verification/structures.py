@@ -18,7 +18,14 @@ from mpmath import mp, mpf
 
 from damper.parameters import forcing as given
 from damper.parameters.structural import StructureMass, StructureParameters
-from damper.verification.reference import GUARD_DIGITS, Event, force_in_digits, horner, term_count
+from damper.verification.reference import (
+    GUARD_DIGITS,
+    Event,
+    between_rows,
+    force_in_digits,
+    horner,
+    term_count,
+)
 
 #: Length of a panel times the fastest rate, and samples of each gap in it.
 PANEL, SAMPLES = 2, 24
@@ -318,6 +325,9 @@ class _Motion:
     def _restitution(self, number: int, speed: mpf) -> mpf:
         """Coefficient of restitution of the wall of a mass at an approach speed."""
         wall = self.walls[number]
+        if wall.mass.tables:
+            rows = wall.mass.tables[wall.side > 0]
+            return between_rows([(mpf(v), mpf(r)) for v, r in rows], speed)
         one, yields = wall.mass.restitutions[wall.side > 0], mpf(wall.mass.yield_speed)
         falls = (yields / speed) ** mpf(wall.mass.yield_exponent) if speed > yields else 1
         return mpf(one) * falls

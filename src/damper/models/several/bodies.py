@@ -231,7 +231,7 @@ def prepare(
     least = LEAST_FRICTION if along_friction else 0.0
     friction = np.array([max(q.friction, least) for q in each])
     yields = [(_constant_up_to(q), q.yield_exponent) for q in each]
-    walls, numbers = _wall_law(each)
+    walls, numbers = wall_law(each)
     masses = np.column_stack([masses, yields, friction, numbers])
     total = float(np.sum(masses[:, RATIO]))
     heavier = 1.0 + total
@@ -309,7 +309,7 @@ def _restitution_change(law, approach_speed):
 
 
 @plain
-def _wall_law(each: Sequence[Parameters]) -> tuple[Any, np.ndarray]:
+def wall_law(each: Sequence[Any]) -> tuple[Any, np.ndarray]:
     """Constants of the contact laws of all walls, and the numbers of each mass's tables."""
     numbers = np.full((len(each), 2), -1.0)
     tables: list[Any] = []
@@ -639,20 +639,20 @@ def _lifting_driven(mass, osc, primary):
 @compiled
 def law_of(single: Rigid, m: MassConstants, side: float) -> Any:
     """Contact law of a mass at one of its walls."""
-    return _law_in(single.law, m, side)
+    return law_in(single.law, m, side)
 
 
 @by_class
-def _law_in(walls: Any, m: MassConstants, side: float) -> Any:
+def law_in(walls: Any, m: Any, side: float) -> Any:
     """Contact law of a wall, from what the laws of all are made of."""
 
 
-@_law_in.of(YieldingRestitution)
+@law_in.of(YieldingRestitution)
 def _power_law(walls, m, side):
     return YieldingRestitution(restitution_of(m, side), m.yields, m.exponent)
 
 
-@_law_in.of(WallTables)
+@law_in.of(WallTables)
 def _law_with_tables(walls, m, side):
     number = int(m.left_table if side < 0.0 else m.right_table)
     table = TabledRestitution(walls.tables[number])
@@ -674,6 +674,6 @@ def have_one_law(one: MassConstants, other: MassConstants, side: float) -> bool:
 
 
 @compiled
-def restitution_of(m: MassConstants, side: float) -> float:
+def restitution_of(m: Any, side: float) -> float:
     """Coefficient of restitution of a mass at one of its walls, at low speeds."""
     return m.left if side < 0.0 else m.right

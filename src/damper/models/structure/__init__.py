@@ -10,6 +10,7 @@ import numpy as np
 from damper.engine import model as declared
 from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.forcing import horizon
+from damper.engine.impact import restitution_at
 from damper.engine.lending import lent
 from damper.engine.model import Step
 from damper.engine.search import GAVE_UP, HORIZON
@@ -93,7 +94,7 @@ def _begin(model, segment):
 @declared.speeds_in_tail.of(OnStructure)
 def _speeds_in_tail(model, segment):
     m = mass_in(model.masses, int(segment.body))
-    return segment.gap_rate, law_of(m, segment.side).restitution
+    return segment.gap_rate, restitution_at(law_of(model, m, segment.side), 0.0)
 
 
 @declared.following.of(OnStructure)

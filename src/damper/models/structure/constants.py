@@ -10,9 +10,9 @@ import numpy as np
 
 from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.forcing.none import ZeroForce
-from damper.engine.impact import YieldingRestitution
 from damper.engine.oscillator import Oscillator, oscillator
 from damper.engine.tuples import reader
+from damper.models.several.bodies import law_in
 
 #: Columns of `StructureSegment.bodies`, those of the log: as `damper.models.several.bodies`. The
 #: last one is the mode before what happens.
@@ -43,6 +43,9 @@ class BoxedMass(NamedTuple):
     """Of the restitution's fall above that."""
     carried: float
     """Acceleration by the force's shape in flight: where the base moves, else 0."""
+    left_table: float
+    right_table: float
+    """Number of a wall's table in `OnStructure.law`, or -1."""
 
 
 mass_in = reader(BoxedMass)
@@ -85,6 +88,7 @@ class OnStructure(NamedTuple):
     clearance: float
     """The largest."""
     law: Any
+    """What the laws of all walls are made of: `damper.models.several.bodies.law_in`."""
     cycle: float
     tolerance: float
     free: Oscillator
@@ -199,6 +203,6 @@ def fill_table(
 
 
 @compiled
-def law_of(m: BoxedMass, side: float) -> YieldingRestitution:
+def law_of(model: OnStructure, m: BoxedMass, side: float) -> Any:
     """Contact law of a mass at one of its walls."""
-    return YieldingRestitution(m.left if side < 0.0 else m.right, m.yields, m.exponent)
+    return law_in(model.law, m, side)

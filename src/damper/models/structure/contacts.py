@@ -92,7 +92,7 @@ def rebound(model: OnStructure, bodies: np.ndarray) -> float:
 @compiled
 def _restitution(model, b, k):
     """Coefficient of restitution of the impact of a mass."""
-    return restitution_at(law_of(mass_in(model.masses, k), float(b[SIDE])), float(b[SPEED]))
+    return restitution_at(law_of(model, mass_in(model.masses, k), float(b[SIDE])), float(b[SPEED]))
 
 
 @compiled

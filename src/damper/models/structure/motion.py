@@ -5,6 +5,7 @@ import numpy as np
 from damper.engine import model as declared
 from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.completion import bounce_at
+from damper.engine.impact import restitution_at
 from damper.engine.lending import lent
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, TAIL, clock_after
@@ -111,7 +112,7 @@ def state_after(model: OnStructure, s: StructureSegment, tau: float) -> Structur
         b = s.bodies[k]
         sticks[k] = b[MODE] != FLIGHT
         if b[MODE] == TAIL and b[COMPLETION] > 0.0:
-            r = law_of(mass_in(model.masses, k), float(b[SIDE])).restitution
+            r = restitution_at(law_of(model, mass_in(model.masses, k), float(b[SIDE])), 0.0)
             places[k], rates[k] = bounce_at(r, float(b[COMPLETION]), float(b[RATE]), tau)
             bounces = True
     if bounces:

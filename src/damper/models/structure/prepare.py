@@ -8,7 +8,7 @@ from damper.engine.compiled import plain
 from damper.engine.forcing import rate_of
 from damper.engine.forcing.weighed import WeighedForce
 from damper.models.forces import drive_of
-from damper.models.several.bodies import oscillator_under
+from damper.models.several.bodies import oscillator_under, wall_law
 from damper.models.structure.constants import HEAD_WIDTH, WEIGHTS, OnStructure, fill_table
 from damper.models.structure.linear import eigenvectors, product, root_inverse
 from damper.models.structure.system import make_system, shape_of_tables
@@ -34,7 +34,9 @@ def prepare(parameters: Any, law: Any, accuracy: float) -> OnStructure:
     shapes = shapes * np.where(push < 0.0, -1.0, 1.0)
     boxes = np.array([given.boxes[one.box] @ shapes for one in p.each])
     moved = drive.share * drive.amplitude
-    masses = np.array([(*_values(one), moved * given.base_shares[one.box]) for one in p.each])
+    walls, numbers = wall_law(p.each)
+    own = [(*_values(one), moved * given.base_shares[one.box]) for one in p.each]
+    masses = np.column_stack([own, numbers])
     forcing = drive.forcing
     shape = WeighedForce(forcing, 1.0, 0.0) if masses[:, 2].any() else forcing
     damping = _symmetric(shapes.T @ given.damping @ shapes)
@@ -45,7 +47,7 @@ def prepare(parameters: Any, law: Any, accuracy: float) -> OnStructure:
     model = OnStructure(
         float(masses[:, 0].sum()),
         float(masses[:, 1].max()),
-        law,
+        walls,
         p.cycle,
         accuracy / max(1.0, rate_of(forcing)),
         oscillator_under(shape, 0.5 * damping[0, 0], stiffness[0], abs(push[0]), 0.0),
@@ -61,7 +63,7 @@ def prepare(parameters: Any, law: Any, accuracy: float) -> OnStructure:
 
 
 def _values(one: Any) -> tuple[float, ...]:
-    left = one.restitution if one.restitution_left == np.inf else one.restitution_left
+    left, right = one.restitutions
     ties = one.tie_stiffness, one.tie_damping
     return (
         one.mass,
@@ -69,7 +71,7 @@ def _values(one: Any) -> tuple[float, ...]:
         one.gravity,
         *ties,
         left,
-        one.restitution,
+        right,
         one.yield_speed,
         one.yield_exponent,
     )

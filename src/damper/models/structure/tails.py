@@ -8,6 +8,7 @@ import numpy as np
 from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.completion import completion
 from damper.engine.forcing import bound_of, horizon
+from damper.engine.impact import restitution_at
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, NOTHING, RELEASE, STICKING, TAIL
 from damper.engine.tuples import changed
@@ -127,7 +128,7 @@ def _is_braked(model, bodies, start, k):
     for j in range(len(bodies)):
         c = bodies[j]
         near = c[MODE] == FLIGHT and c[GAP] <= longest and abs(c[RATE]) <= _SLOW * longest
-        loses = law_of(mass_in(model.masses, j), float(c[SIDE])).restitution < 1.0
+        loses = restitution_at(law_of(model, mass_in(model.masses, j), float(c[SIDE])), 0.0) < 1.0
         size = math.sqrt(give(model, bodies, j, j) * own)
         bound = abs(give(model, bodies, j, k)) > _NO_COUPLING * size
         found = found or bool(j != k and near and loses and bound)
@@ -164,6 +165,15 @@ def _rest(model, s, rests):
             b[MODE], b[COMPLETION], b[GAP] = TAIL, 0.0, 0.0
 
 
+@compiled
+def _bounce_alike(one, other, side):
+    """Whether two masses have one contact law at a wall."""
+    left = side < 0.0
+    table = one.left_table == other.left_table if left else one.right_table == other.right_table
+    limits = one.left == other.left if left else one.right == other.right
+    return table and limits and one.yields == other.yields and one.exponent == other.exponent
+
+
 @compiled_apart
 def _in_step(model, bodies, k, j):
     """Whether a mass bounces in step with another: their gaps are the same, number by number."""
@@ -175,8 +185,7 @@ def _in_step(model, bodies, k, j):
     stiff = one.tie_stiffness * other.mass == other.tie_stiffness * one.mass
     tied = stiff and one.tie_damping * other.mass == other.tie_damping * one.mass
     placed = one.tie_stiffness == 0.0 or one.clearance == other.clearance
-    side = float(b[SIDE])
-    alike = pulled and tied and placed and law_of(one, side) == law_of(other, side)
+    alike = pulled and tied and placed and _bounce_alike(one, other, float(b[SIDE]))
     for i in range(size_of(model)):
         alike = alike and model.table[WEIGHTS + k, i] == model.table[WEIGHTS + j, i]
     return alike
@@ -197,7 +206,7 @@ def _yield_of(model, s, start, k):
 def _chatter_of(model, s, start, k):
     """Rest of the chatter sequence of a mass, and of those in step with it."""
     b, m, table = s.bodies[k], mass_in(model.masses, k), start.tables[start.slot]
-    law, size, drag = law_of(m, float(b[SIDE])), size_in(table), first_row(table, 0)
+    law, size, drag = law_of(model, m, float(b[SIDE])), size_in(table), first_row(table, 0)
     bent, jerk = _bend(s.bodies, start, k)
     shared, snap, bound = _yield_of(model, s, start, k), 0.0, bound_of(model.forcing, 2)
     for i in range(size):
@@ -213,7 +222,7 @@ def _chatter_of(model, s, start, k):
     damping, dashpots = 0.5 * float(table[DRAGS, k]) / shared, float(table[DASHPOTS, k])
     left, error = completion(law, damping, dashpots, snap, -bent, jerk, float(b[RATE]))
     # The next bounce must turn before the other wall; a constant force lets it rise this high.
-    rise = 0.25 * float(b[RATE]) * left * (1.0 - law.restitution)
+    rise = 0.25 * float(b[RATE]) * left * (1.0 - restitution_at(law, 0.0))
     known = error <= model.tolerance and rise <= m.clearance
     if not known or left > horizon(model.forcing, start.phase):
         left = math.inf

@@ -104,7 +104,7 @@ def _damping_in(model, s):
 
 @tangent.shrunk_by.of(OnStructure)
 def _shrunk_by(model, s):
-    law = law_of(mass_in(model.masses, int(s.body)), s.side)
+    law = law_of(model, mass_in(model.masses, int(s.body)), s.side)
     return rebound_slope(law, s.speed) * restitution_at(law, s.speed)
 
 
@@ -274,7 +274,7 @@ def _velocities(model, s, order):
 def _levels(model, bodies, k):
     """Change of the relative velocity by a mass's impact, and its derivative by the speed."""
     b = bodies[k]
-    law, speed = law_of(mass_in(model.masses, k), float(b[SIDE])), float(b[SPEED])
+    law, speed = law_of(model, mass_in(model.masses, k), float(b[SIDE])), float(b[SPEED])
     return (1.0 + restitution_at(law, speed)) * speed, 1.0 + rebound_slope(law, speed)
 
 

@@ -18,6 +18,7 @@ from damper.parameters.quantity import Quantity
 from damper.parameters.structural import StructureParameters
 from damper.parameters.structure import Structure
 from damper.parameters.structure_results import DIMENSIONS, MOST_POINTS, VARIABLES
+from damper.parameters.tables import WALL_TABLES
 from damper.study.fields import NamedMapping, StrictModel, Text
 from damper.study.forcing import FORCES, ForceEntry
 from damper.study.jobs import Job
@@ -178,7 +179,8 @@ class StructureStudy(StudyFile):
             strict=False,
             min_length=1,
             description="The free masses: box, free_mass, gap, restitution, tie_stiffness and more "
-            "of each, as for damper.SIParameters; a number may have a unit, as 20 mm.",
+            "of each, as for damper.SIParameters; a number may have a unit, as 20 mm, and "
+            "restitution_table is the path of a CSV file.",
         ),
     ]
     parameters: Annotated[
@@ -232,15 +234,19 @@ class StructureStudy(StudyFile):
         """Parameters at the first point of the grid."""
         first = {name: axis.points[0] for name, axis in self.axes.items()}
         known = {"forcing_frequency", "force_amplitude"}
-        given: dict[str, Any] = {**self.parameters}
+        given: dict[str, Any] = self._with_tables(self.parameters)
         given |= {name: value for name, value in first.items() if name in known}
         made: Any = SIParameters(
             structure=self.structure.made(self._folder),
-            masses=self.masses,
+            masses=[self._with_tables(one) for one in self.masses],
             forcing=self.forcing.force(self._folder),
             **given,
         )
         return made.having(first) if first else made
+
+    def _with_tables(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Values with the paths of tables from the study's folder."""
+        return dict(given) | {n: self._folder / given[n] for n in WALL_TABLES if n in given}
 
     @property
     def force_files(self) -> dict[str, str]:
@@ -249,6 +255,8 @@ class StructureStudy(StudyFile):
         named = {"matrices": matrices} if isinstance(matrices, str) else matrices or {}
         named = named | ({"modes": modes} if isinstance(modes, str) else {})
         found = {name: str(self._folder / path) for name, path in named.items()}
+        for k, one in enumerate((self.parameters, *self.masses)):
+            found |= {f"{n}_{k}": str(self._folder / str(one[n])) for n in WALL_TABLES if n in one}
         samples = self.forcing.path(self._folder)
         return found | ({} if samples is None else {"samples": str(samples)})
 
