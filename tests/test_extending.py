@@ -241,20 +241,21 @@ for log in run.segments(20.0, 0.0):
 constant = damper.events(damper.Parameters(0.1, 0.05, 0.8, 0.25, 0.6), until=100.0)
 endless = damper.Parameters(0.1, 0.05, 0.8, 0.25, 0.6, halving_speed=1e300)
 same = (damper.events(endless, until=100.0) == constant).all()
-for more in ({"yield_speed": 1.0}, {"contact_stiffness_ratio": 1e4}):
+for more in ({"yield_speed": 1.0}, {"contact_stiffness_ratio": 1e4}, {"masses": [{}]}):
     try:
         damper.Parameters(0.1, 0.05, 0.8, 0.25, 0.6, halving_speed=0.5, **more)
     except ValueError as error:
         print(error)
 print(json.dumps([worst, impacts, bool(same)]))
 """
-    *_, laws, compliant, last = run(copy, WITH_LAW + check).splitlines()
+    *_, laws, compliant, masses, last = run(copy, WITH_LAW + check).splitlines()
     worst, impacts, same = json.loads(last)
     assert impacts > 20
     assert worst < 1e-15
     assert same
     assert "ask for different contact laws" in laws
     assert "compliant contact has a constant restitution" in compliant
+    assert masses.startswith("masses and halving_speed (halving)")
 
 
 def test_constant_of_a_mass_is_a_declaration_and_where_it_acts(copy):

@@ -368,6 +368,12 @@ class Parameters(QuantityClass):
         else:
             self.__dict__["masses"] = read_masses(self.masses)
         if self.model == "several":
+            for q in _laws(self.__dict__):
+                if q.law not in _LAWS_OF_EACH:
+                    raise ValueError(
+                        f"masses and {q.name} ({q.law}): the walls of several masses have the "
+                        f"contact laws {', '.join(_LAWS_OF_EACH)}; leave out one of the two"
+                    )
             for k, one in enumerate(self.each):
                 if not one.clearance:
                     raise ValueError(f"clearance = 0.0 of mass {k}: each of several must have some")
@@ -833,6 +839,8 @@ _CHOOSING = tuple(q for q in Parameters.quantities if q.model and q.chooses)
 _OF_LAWS = tuple(q for q in Parameters.quantities if q.law)
 
 
+#: Contact laws of the walls of several masses.
+_LAWS_OF_EACH = ("constant", "yielding", "tabled")
 #: Models that each of several masses may be one of.
 _OF_EACH = {"sliding", "grounded"}
 #: Models that go with one another.
