@@ -119,7 +119,7 @@ def test_so_they_are_of_several_masses_that_rub(rests: bool) -> None:
         p = Parameters(0.1, 0.1, 1.0, 3.0, 0.5, gravity=0.05, masses=own)
     orbit = damper.periodic_orbit(p, state=near)
     ask = {"lyapunov": {"exponents": 6}}
-    cube = damper.simulate(p, state=orbit.state, transient=0, periods=100, observers=ask)
+    cube = damper.simulate(p, state=orbit.state, transient=0, periods=40, observers=ask)
     assert_those_of_multipliers(cube, orbit, 4 if rests else 6, 0.1)
 
 
