@@ -7,15 +7,7 @@ from typing import Any
 import numpy as np
 
 from damper.parameters.dampers import BASIC
-from damper.parameters.forcing import (
-    Base,
-    Harmonic,
-    Harmonics,
-    NoForce,
-    Noise,
-    Record,
-    Unbalance,
-)
+from damper.parameters.forcing import Base, Harmonic, Harmonics, NoForce, Noise, Record, Unbalance
 
 #: Two impacts a period and more, nothing sticks.
 GENERIC = {

@@ -15,11 +15,7 @@ from damper.study.kinds import FIGURES, TABLES
 
 ROOT = Path(__file__).parents[1]
 #: Kinds of the studies that check the engine, which docs/reference.md lists.
-CHECKING = {
-    "solver_errors",
-    "solver_speed",
-    "work_precision",
-}
+CHECKING = {"solver_errors", "solver_speed", "work_precision"}
 STUDIES = sorted((ROOT / "config/studies").glob("paper_a_*.yaml"))
 
 

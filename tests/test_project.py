@@ -36,11 +36,7 @@ def run(*command: str) -> None:
     found = str(program) if program.exists() else shutil.which(command[0])
     assert found, f"{command[0]} is not installed"
     done = subprocess.run(
-        [found, *command[1:]],
-        cwd=ROOT,
-        text=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
+        [found, *command[1:]], cwd=ROOT, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     )
     assert done.returncode == 0, done.stdout
 

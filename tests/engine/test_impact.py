@@ -17,17 +17,7 @@ from damper.engine.impact import (
     rebound_slope,
     restitution_at,
 )
-from damper.engine.segment import (
-    CAUSE,
-    GAP_RATE,
-    IMPACT,
-    MODE,
-    SIDE,
-    SPEED,
-    TAIL,
-    V_BEFORE,
-    V,
-)
+from damper.engine.segment import CAUSE, GAP_RATE, IMPACT, MODE, SIDE, SPEED, TAIL, V_BEFORE, V
 from damper.engine.trajectory import Trajectory
 from damper.models import model_of
 

@@ -8,13 +8,7 @@ import pytest
 
 from damper import Parameters, State
 from damper.engine.forcing.harmonic import harmonic
-from damper.engine.loop import (
-    BRIEF,
-    FINISHED,
-    LONG_SEARCH,
-    SEARCH_FAILED,
-    TOO_MANY_EVENTS,
-)
+from damper.engine.loop import BRIEF, FINISHED, LONG_SEARCH, SEARCH_FAILED, TOO_MANY_EVENTS
 from damper.engine.model import Step, begin, following, initial_segment, motion
 from damper.engine.oscillator import Oscillator, oscillator
 from damper.engine.search import MAX_STEPS

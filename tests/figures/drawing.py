@@ -65,10 +65,7 @@ def made_up(
 
 
 def drawn(
-    kind: str,
-    cube: xr.Dataset | None = None,
-    branches: xr.Dataset | None = None,
-    **settings: Any,
+    kind: str, cube: xr.Dataset | None = None, branches: xr.Dataset | None = None, **settings: Any
 ) -> Figure:
     """Figure of a cube and of branches of orbits, with every warning an error."""
     with style(), warnings.catch_warnings():

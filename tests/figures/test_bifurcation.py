@@ -122,11 +122,7 @@ def test_points_are_the_samples_over_their_abscissa() -> None:
 # --- chatter
 
 
-EXPECTED = {
-    (0.05, 0.25, "incomplete"),
-    (0.35, 0.65, "complete"),
-    (0.95, 1.0, "complete"),
-}
+EXPECTED = {(0.05, 0.25, "incomplete"), (0.35, 0.65, "complete"), (0.95, 1.0, "complete")}
 
 
 def test_shading_lies_where_chatter_is() -> None:

@@ -75,25 +75,12 @@ EMPTY = {
     "accumulation": "no complete burst with a prediction here",
 }
 #: Kinds of other cubes, with tests of their own for what is asked here.
-OTHERS = {
-    "basins",
-    "convergence",
-    "damping",
-    "laws",
-    "special_points",
-    "schematic",
-    "statistics",
-}
+OTHERS = {"basins", "convergence", "damping", "laws", "special_points", "schematic", "statistics"}
 
 
 #: Runs of the kinds in `OTHERS` and of tables, all of which stop: their cube, and what is made.
 STOPS = {"transient": 5, "periods": 4, "max_events": 3}
-RESONANT = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.02,
-    "frequency_ratio": 1.0,
-    "restitution": 0.6,
-}
+RESONANT = {"mass_ratio": 0.1, "damping_ratio": 0.02, "frequency_ratio": 1.0, "restitution": 0.6}
 MOVED = RESONANT | {"clearance": 1.0, "initial_displacement": 30.0} | STOPS
 TWO: dict[str, Any] = {"restitution": [0.3, 0.6]}
 GRID = TWO | {"frequency_ratio": [0.9, 1.0], "clearance": [1.0, 2.0]}
@@ -108,10 +95,7 @@ STOPPED: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     ),
     "damping": (TWO | {"observers": ["decay"], "forcing": "none"}, {"lines": "restitution"}),
     "laws": (GRID | {"observers": ["laws"]}, {}),
-    "statistics": (
-        TWO | {"observers": ["statistics"], "forcing": NOISE},
-        {"along": "restitution"},
-    ),
+    "statistics": (TWO | {"observers": ["statistics"], "forcing": NOISE}, {"along": "restitution"}),
     "accumulation": (TWO | {"observers": {"accumulation": {"bursts": 4}, "bursts": None}}, {}),
     "performance": (
         GRID | {"observers": ["response", "impacts", "bursts"]},

@@ -32,12 +32,7 @@ def test_selection_keeps_what_is_shown_and_squeezes_the_rest() -> None:
         ("chater", {}, (), r"unknown variable 'chater' \(did you mean 'chatter'\?\): must"),
         ("chatter", {}, ("gap",), r"unknown axis 'gap': must be one of mass_ratio, clearance"),
         ("chatter", {}, ("mass_ratio",), r"clearance has 3 values but no place.*'clearance': 0.5"),
-        (
-            "chatter",
-            {"clearance": 1.8},
-            (),
-            r"clearance = 1.8: outside .* 0.5 to 1.5; .* 1.5",
-        ),
+        ("chatter", {"clearance": 1.8}, (), r"clearance = 1.8: outside .* 0.5 to 1.5; .* 1.5"),
         ("chatter", {"gap": 1.0}, (), r"no axis 'gap' with 1.0: must be one of mass_ratio"),
         ("chatter", {"restitution": 0.7}, (), r"no axis 'restitution' with 0.7"),
         ("chatter", {"direction": "left"}, (), r"direction = 'left': must be one of up, down"),

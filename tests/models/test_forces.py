@@ -19,12 +19,7 @@ from damper import Parameters, State, equal_masses, events
 from damper.engine.segment import DURATION, SIDE
 from damper.models import start_run
 from damper.observers.common.laws import broken
-from damper.parameters.forcing import (
-    Base,
-    Harmonics,
-    NoForce,
-    Record,
-)
+from damper.parameters.forcing import Base, Harmonics, NoForce, Record
 from damper.sweep.runs import run_points
 
 #: Model of several masses -> forces under which its run takes a few seconds of plain Python.

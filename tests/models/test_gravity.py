@@ -6,15 +6,7 @@ from dataclasses import replace
 import pytest
 from scenes import GENERIC
 
-from damper import (
-    Parameters,
-    SIParameters,
-    State,
-    continue_orbit,
-    events,
-    periodic_orbit,
-    simulate,
-)
+from damper import Parameters, SIParameters, State, continue_orbit, events, periodic_orbit, simulate
 from damper.models import start_run
 from damper.theory.ball_on_table import bounce
 

@@ -10,15 +10,7 @@ from scipy.integrate import solve_ivp
 
 from damper import Parameters, State, events
 from damper.engine.model import motion
-from damper.engine.segment import (
-    CAUSE,
-    FLIGHT,
-    IMPACT,
-    MODE,
-    SPEED,
-    TIME,
-    segment_at,
-)
+from damper.engine.segment import CAUSE, FLIGHT, IMPACT, MODE, SPEED, TIME, segment_at
 from damper.engine.trajectory import Trajectory
 from damper.models import start_run
 

@@ -103,10 +103,7 @@ def simulate_events(values: dict) -> np.ndarray:
     return damper.events(Parameters(**values), until=100.0)
 
 
-LIMITS = {
-    "no mass": {"mass_ratio": 0.0},
-    "stop": {"mass_ratio": math.inf},
-}
+LIMITS = {"no mass": {"mass_ratio": 0.0}, "stop": {"mass_ratio": math.inf}}
 #: Feature -> what it adds, and the limits that do not have it.
 FEATURES = {
     "plain": ({}, ()),

@@ -123,10 +123,7 @@ def test_masses_that_are_stuck_on_one_wall_are_released_at_one_instant() -> None
     """And as they part together, they land together."""
     p = damper_of({}, {"mass_ratio": 0.02, "clearance": 1.0})
     table = events(p, State(0.5, 0.0, [1.5, 1.5], [0.0, 0.0]), until=8.0)
-    assert told(table[:6]) == [(k, b, 1) for k in (1, 2) for b in (0, 1)] + [
-        (0, 0, -1),
-        (0, 1, -1),
-    ]
+    assert told(table[:6]) == [(k, b, 1) for k in (1, 2) for b in (0, 1)] + [(0, 0, -1), (0, 1, -1)]
     # Joined they are an oscillator of mass 1.12, which has no acceleration a quarter period on.
     assert table["time"][2:4] == pytest.approx(math.pi / 2 * math.sqrt(1.12), abs=1e-14)
     assert table["time"][4] == table["time"][5]
@@ -311,10 +308,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"masses": [{}, {"restitution": 2}]}, r"^mass 1: restitution = 2\.0: must be"),
     ({"masses": [{}, {"clearance": 0}]}, r"^clearance = 0\.0 of mass 1: each of several must"),
     ({"masses": [{}], "modulation_depth": 0.1}, r"^masses and modulation_depth: "),
-    (
-        {"masses": [{"mass_share": 0}]},
-        r"^mass 0: mass_share = 0\.0: must be .* <= mass_share",
-    ),
+    ({"masses": [{"mass_share": 0}]}, r"^mass 0: mass_share = 0\.0: must be .* <= mass_share"),
     ({"masses": {"count": 1.5}}, r"^count = 1\.5: must be a whole number >= 1 and <= 100"),
     ({"masses": {"count": 2, "clearance_spread": 1}}, r"^clearance_spread = 1: must be .* < 1"),
     ({"masses": {"count": 2, "clearances": 1}}, r"^unknown key of masses 'clearances'"),

@@ -9,14 +9,7 @@ from project_copy import small_study
 from scenes import QUIET
 from studies import blame
 
-from damper import (
-    Base,
-    Parameters,
-    SIParameters,
-    State,
-    events,
-    simulate,
-)
+from damper import Base, Parameters, SIParameters, State, events, simulate
 from damper.engine.segment import CAUSE, GAP, NOTHING
 from damper.models import start_run
 from damper.models.sensitivity import neighbours

@@ -72,8 +72,7 @@ KINDS = "impact", "stick", "release"
 
 
 @pytest.mark.parametrize(
-    "name",
-    ["matrices", *(pytest.param(n, marks=pytest.mark.exhaustive) for n in [*SCENES][:-1])],
+    "name", ["matrices", *(pytest.param(n, marks=pytest.mark.exhaustive) for n in [*SCENES][:-1])]
 )
 def test_events_agree_with_many_digits(name: str) -> None:
     p, until = SCENES[name]

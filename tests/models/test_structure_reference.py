@@ -125,12 +125,7 @@ SCENES = {
     ),
     "near modes": (scene(NEAR, 0.7, BALL | {"restitution": 0.1}, gravity=0.2), None, 6.0, 20.0),
     "near-defective tie": (scene(DEFECTIVE, 0.7, BALL | PAIR), None, 8.0, 20.0),
-    "rigid-body mode": (
-        scene(matrices(**RIGID), 1.3, BALL, force_amplitude=0.5),
-        None,
-        6.0,
-        15.0,
-    ),
+    "rigid-body mode": (scene(matrices(**RIGID), 1.3, BALL, force_amplitude=0.5), None, 6.0, 15.0),
     "base": (
         scene(matrices(), 0.8, BALL | {"restitution": 0.2}, BALL | TIE, forcing="base"),
         None,

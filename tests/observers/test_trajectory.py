@@ -163,10 +163,7 @@ def test_events_that_do_not_fit_are_counted() -> None:
     ("setting", "message"),
     [
         ({"start": 3.0}, r"start = 3\.0, length = None: holds no whole .* 3 cycles"),
-        (
-            {"start": 2.5, "length": 1},
-            r"start = 2\.5, length = 1.0: .* ends 3\.5 .* 3 cycles long",
-        ),
+        ({"start": 2.5, "length": 1}, r"start = 2\.5, length = 1.0: .* ends 3\.5 .* 3 cycles long"),
         ({"start": 1 + 5e-10, "length": 2}, "the stretch ends 3"),
         ({"length": 3.01}, r"length = 3\.01: the stretch ends 3\.01"),
         ({"length": 0.001}, "holds no whole sample step of 1/100"),

@@ -308,11 +308,7 @@ def test_files_that_are_refused(
         (1, {}, "path = 1: must be the path of a file"),
         (b"a.csv", {}, "path = b'a.csv': must be the path of a file"),
         ("", {}, "path = '': must be the path of a file"),
-        (
-            "a.csv",
-            {"columns": 3.5},
-            "columns = 3.5: must be those of time and value, names or",
-        ),
+        ("a.csv", {"columns": 3.5}, "columns = 3.5: must be those of time and value, names or"),
         ("a.csv", {"columns": (0, 1.5)}, "columns = (0, 1.5): must be those of time and value"),
         ("a.csv", {"delimiter": 5}, "delimiter = 5: must be one character"),
         ("a.csv", {"delimiter": [","]}, "delimiter = [',']: must be one character"),

@@ -49,21 +49,13 @@ SETTINGS = {
         "panels": "restitution",
         "best": "min",
     },
-    "branch": {
-        "kind": "bifurcation",
-        "along": "frequency_ratio",
-        "variables": ["displacement"],
-    },
+    "branch": {"kind": "bifurcation", "along": "frequency_ratio", "variables": ["displacement"]},
     "yielding": {
         "kind": "bifurcation",
         "along": "frequency_ratio",
         "variables": ["peak_displacement"],
     },
-    "pair": {
-        "kind": "bifurcation",
-        "along": "frequency_ratio",
-        "variables": ["displacement"],
-    },
+    "pair": {"kind": "bifurcation", "along": "frequency_ratio", "variables": ["displacement"]},
 }
 #: Upwards two impacts per cycle last to the end, downwards the run is irregular.
 BRANCH = {

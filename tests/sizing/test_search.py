@@ -162,9 +162,7 @@ def test_a_damper_whose_fresh_starts_move_further_gives_way_to_a_better_one(
     assert [one for one in of_steady if one not in search.near[steady]] == []
 
 
-def test_a_damper_without_fresh_starts_is_never_the_answer(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_damper_without_fresh_starts_is_never_the_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """All dampers move further from fresh starts; with two rounds the third one is not tried."""
     search = Search(WorstCase(machine_of(FRAME)))
     dampers = [Sizes(5.0, gap, 0.7) for gap in (0.0036, 0.0037, 0.0038)]

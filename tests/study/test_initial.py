@@ -184,12 +184,7 @@ def test_draws_of_a_study(tmp_path: Path) -> None:
     assert study.draw_settings() == {
         "count": 5,
         "seed": 1,
-        "restitution": {
-            "range": (1e-3, 1.0),
-            "spacing": "log",
-            "values": (0.0, 1.0),
-            "share": 0.1,
-        },
+        "restitution": {"range": (1e-3, 1.0), "spacing": "log", "values": (0.0, 1.0), "share": 0.1},
         "initial_position": {"range": (-1.0, 1.0), "spacing": "linear"},
     }
     assert estimate(study).runs == 3 * 2 * 5

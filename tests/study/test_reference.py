@@ -152,10 +152,7 @@ def test_loader_and_schema_accept_good_configurations(tmp_path):
         {"studies": ["good"], "overrides": {"good": None}},
         {"studies": ["config/studies/good.yaml"], "overrides": {"good": {"axes": None} | CHANGE}},
         {"studies": ["good"], "overrides": {"good": {"figures": {"section": {"caption": "C"}}}}},
-        {
-            "studies": ["good"],
-            "overrides": {"good": {"axes": {"clearance": {"values": [0.1, 1]}}}},
-        },
+        {"studies": ["good"], "overrides": {"good": {"axes": {"clearance": {"values": [0.1, 1]}}}}},
         {"studies": ["good"], "overrides": {"good": {"figures": {"section": None}}}},
     ):
         load_config(config, tmp_path)

@@ -23,9 +23,7 @@ def test_observers_know_how_large_their_arrays_will_be(name: str) -> None:
     assert 3 * observer.bytes_per_run(7) == made > 0
 
 
-def test_runs_that_do_not_go_into_this_machine_are_refused(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_runs_that_do_not_go_into_this_machine_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """At the limit they run, a byte beyond it they do not."""
     needed = estimate.Workload({"points": 2}, 0, 1, make_observers(["impacts"])).memory
     run = {"transient": 0, "periods": 1}

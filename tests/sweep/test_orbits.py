@@ -358,12 +358,7 @@ def test_slope_of_the_largest_displacement(
     orbit = periodic_orbit(p)
     values = {q.name: (getattr(p, q.name), q.default) for q in type(p).quantities}
     given = {name: value for name, (value, default) in values.items() if value != default}
-    cube = damper.simulate(
-        **given,
-        transient=600,
-        periods=2,
-        observers=["response"],
-    )
+    cube = damper.simulate(**given, transient=600, periods=2, observers=["response"])
     assert orbit.peak == pytest.approx(cube.peak_displacement.item(), rel=1e-9)
     for name in names:
         value = getattr(p, name)

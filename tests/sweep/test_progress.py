@@ -33,10 +33,7 @@ def clock(monkeypatch: pytest.MonkeyPatch, step: float) -> None:
     [
         (
             0.5,
-            [
-                "20 of 200 points, 2 a second, 90 s left",
-                "40 of 200 points, 2 a second, 80 s left",
-            ],
+            ["20 of 200 points, 2 a second, 90 s left", "40 of 200 points, 2 a second, 80 s left"],
         ),
         (45.0, ["2 of 200 points, 0.0222 a second, 2.5 h left"]),
     ],

@@ -241,11 +241,7 @@ call(10**9 - 1, {workers})
 @pytest.mark.skipif(not COMPILED, reason="plain Python notices interrupts anyway")
 @pytest.mark.parametrize(
     ("what", "observers", "workers"),
-    [
-        ("events", [], 1),
-        ("transient", ["impacts"], 1),
-        ("periods", ["impacts"], 2),
-    ],
+    [("events", [], 1), ("transient", ["impacts"], 1), ("periods", ["impacts"], 2)],
 )
 def test_interrupt_within_a_long_run(what: str, observers: list[str], workers: int) -> None:
     code = LONG_RUN.format(point=POINT, what=what, observers=observers, workers=workers)

@@ -23,9 +23,7 @@ import damper
 from damper import Parameters, SIParameters, State, events, simulate
 from damper.observers import OBSERVERS, observer_class
 from damper.parameters import NO_UNITS, Units
-from damper.parameters.quantities import (
-    INITIAL_NAMES,
-)
+from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.units import AMPLITUDES, name_of, units_of
 from damper.sweep.orbits.periodic import followed
 from damper.sweep.runs import run_points

@@ -93,13 +93,7 @@ MISTAKES = [
     ),
     ("comparison", ("scenes",), {}, "scenes", "at least one of the scenes must be given"),
     ("comparison", ("solvers", "dop583"), [1], "solvers.dop583", "did you mean 'dop853'?"),
-    (
-        "comparison",
-        ("solvers", "exact"),
-        [0],
-        "solvers.exact[0]",
-        "out of range (value: 0)",
-    ),
+    ("comparison", ("solvers", "exact"), [0], "solvers.exact[0]", "out of range (value: 0)"),
     (
         "comparison",
         ("scenes", "burst", "parameters"),
@@ -145,10 +139,7 @@ def test_an_override_leaves_out_what_is_null_in_it(tmp_path):
 def test_what_shows_times_lies_with_the_times(tmp_path):
     study = load_study(write(tmp_path, COMPARISON))
     assert list(study.files("tables")) == ["tables/errors", "timed/tables/speed"]
-    assert list(study.files("figures")) == [
-        "timed/figures/all",
-        "timed/figures/impacts",
-    ]
+    assert list(study.files("figures")) == ["timed/figures/all", "timed/figures/impacts"]
     about = study.about()
     assert [path for path, *_ in about["tables"]] == [
         "good/tables/errors",

@@ -224,12 +224,7 @@ def test_same_bytes_from_an_empty_results_folder(reduced, tmp_path):
 @pytest.mark.exhaustive
 def test_reduced_calibration(everything):
     made = everything / "results/ci"
-    for study in (
-        "calibration_a3",
-        "calibration_a3_compliant",
-        "calibration_a1",
-        "calibration_b",
-    ):
+    for study in ("calibration_a3", "calibration_a3_compliant", "calibration_a1", "calibration_b"):
         with xr.open_dataset(made / study / "cube.nc") as cube:
             assert (cube.status == 0).all()
     text = (made / "calibration_a3/tables/scores.md").read_text()

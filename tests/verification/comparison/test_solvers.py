@@ -14,14 +14,7 @@ from damper.analysis.labels import LABELS
 from damper.engine.compiled import plain
 from damper.theory.two_impacts import orbits
 from damper.verification.comparison import SOLVERS, solvers
-from damper.verification.comparison.solvers import (
-    FAILED,
-    FINISHED,
-    Scene,
-    dop853,
-    load,
-    read_scene,
-)
+from damper.verification.comparison.solvers import FAILED, FINISHED, Scene, dop853, load, read_scene
 
 STEP_END, LOCATED, MOREAU = "rk4_step_end", "rk4_located", "moreau_jean"
 FIXED = (STEP_END, LOCATED, MOREAU)
