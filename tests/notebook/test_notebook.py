@@ -11,6 +11,7 @@ import xarray as xr
 import damper
 import damper.notebook
 from damper.analysis.closed_forms import damper_at, reduced_gap
+from damper.figures.common.style import GREEN
 from damper.models import start_run
 from damper.sweep.cube import write_cube
 from damper.sweep.record import recorded
@@ -289,3 +290,19 @@ def test_a_cube_does_not_hold_the_samples_of_a_record() -> None:
     cube = damper.simulate(**CHAOS, restitution=0.5, transient=1, periods=2, forcing=record)
     with pytest.raises(ValueError, match=r"^forcing: its 3 samples are not kept"):
         cube.damper.run()
+
+
+def test_orbits_over_a_diagram() -> None:
+    point = {"mass_ratio": 0.1, "damping_ratio": 0.1, "frequency_ratio": 1.0, "restitution": 0.5}
+    cube = damper.simulate(**point, clearance=[4.8, 5.0, 5.2], transient=200, periods=5)
+    figure = cube.damper.bifurcation(
+        "clearance", variables=["displacement"], orbits={"two impacts": {"start": 5.0}}
+    )
+    (ax,) = figure.axes
+    (line,) = (line for line in ax.lines if line.get_color() == GREEN)
+    orbit = damper.periodic_orbit(damper.Parameters(**point, clearance=5.0))
+    there = np.interp(5.0, *np.transpose(sorted(line.get_xydata().tolist())))
+    assert there == pytest.approx(orbit.start[0], abs=1e-3)
+    assert "periodic motion, stable" in {text.get_text() for text in figure.legends[0].get_texts()}
+    with pytest.raises(ValueError, match="start"):
+        cube.damper.bifurcation("clearance", orbits={"two impacts": {}})

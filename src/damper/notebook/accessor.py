@@ -14,10 +14,19 @@ from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.lazy import Figure
 from damper.parameters.named import damper_of
 from damper.parameters.names import unknown_name
-from damper.parameters.quantities import quantities_in
+from damper.parameters.quantities import is_si, quantities_in
 from damper.parameters.tables import beside_numbers
 from damper.sweep.orbits.periodic import PeriodicOrbit, periodic_orbit
-from damper.sweep.record import followed, force_of, masses_of, primary_of, settings_of
+from damper.sweep.record import (
+    followed,
+    force_of,
+    force_settings,
+    masses_of,
+    observers_of,
+    primary_of,
+    setting_of,
+    settings_of,
+)
 from damper.sweep.runs import last_of_chain
 
 if TYPE_CHECKING:
@@ -47,9 +56,18 @@ class CubeAccessor:
     def __init__(self, cube: xr.Dataset) -> None:
         self._cube = cube
 
-    def bifurcation(self, along: str, **settings: Any) -> Figure:
-        """Draw a bifurcation diagram; settings are the keys of that kind of figure."""
-        return drawn("bifurcation", self._cube, along=along, **settings)
+    def bifurcation(
+        self, along: str, *, orbits: Mapping[str, Mapping[str, Any]] | None = None, **settings: Any
+    ) -> Figure:
+        """Draw a bifurcation diagram; settings are the keys of that kind of figure.
+
+        `orbits` are periodic motions to follow and to draw over it, stable or not, as a study names
+        them: ``{"two impacts": {"start": 5.0}}`` is the motion that a run from rest has there.
+        """
+        if not orbits:
+            return drawn("bifurcation", self._cube, along=along, **settings)
+        branches = self._followed(along, orbits)
+        return drawn("bifurcation", self._cube, branches, along=along, orbits=True, **settings)
 
     def map(self, x: str, y: str, variable: str, **settings: Any) -> Figure:
         """Draw a map; settings are the keys of that kind of figure."""
@@ -97,6 +115,30 @@ class CubeAccessor:
         if last.status != FINISHED:
             raise ValueError("orbit: the run of this point stopped early, max_events are used up")
         return periodic_orbit(parameters, period, last.state_at(*end).times(last.units))
+
+    def _followed(self, along: str, orbits: Mapping[str, Mapping[str, Any]]) -> xr.Dataset:
+        """Branches of the cube's damper; ValueError where it is in SI units."""
+        from damper.analysis.orbits import follow_orbits
+        from damper.study.settings import FollowedOrbit
+
+        require_cube(self._cube)
+        axes = {name: self._cube[name].values.tolist() for name in quantities_in(self._cube.dims)}
+        fixed = fixed_values(self._cube)
+        if is_si([*axes, *fixed]):
+            raise ValueError("orbits: periodic motions are followed over dimensionless cubes alone")
+        if not isinstance(transient := setting_of(self._cube, "transient"), int):
+            raise ValueError(
+                f"orbits: transient = {transient!r}: must be cycles, for a run to settle"
+            )
+        entries = {
+            name: FollowedOrbit.checked(name, {"along": along, **entry}).model_dump()
+            | {"settle": transient}
+            for name, entry in orbits.items()
+        }
+        section = observers_of(self._cube).get("stroboscopic_section", {})
+        force = force_settings(self._cube) or None
+        at = section.get("at", 0.0)
+        return follow_orbits(entries, fixed, axes, at, force, **masses_of(self._cube))
 
     def _started(
         self, point: Mapping[str, Any]

@@ -114,13 +114,15 @@ class Run:
         return drawn("phase_portrait", shown, columns="body")
 
 
-def drawn(kind: str, cube: xr.Dataset, **settings: Any) -> Figure:
+def drawn(
+    kind: str, cube: xr.Dataset, branches: xr.Dataset | None = None, **settings: Any
+) -> Figure:
     """Draw a figure of a kind as the workflow does; a notebook shows it."""
     from damper.figures.common.style import style
 
     require_cube(cube)
     with style():
-        return shown_in_notebooks(draw(kind, {"cube": cube}, **settings))
+        return shown_in_notebooks(draw(kind, {"cube": cube, "orbits": branches}, **settings))
 
 
 def run(
