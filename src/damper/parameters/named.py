@@ -4,6 +4,7 @@
 `damper.Harmonics`. Motions are followed along these as along any quantity.
 """
 
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -14,11 +15,21 @@ from damper.parameters.masses import changed_in, value_in, with_own
 from damper.parameters.names import OF_ANY_MASS, split, unknown_name
 from damper.parameters.quantities import INITIAL_NAMES, SI_ONLY, is_si, of_a_mass
 from damper.parameters.quantity import Quantity, check_needs
-from damper.parameters.structural import ScaledParameters, StructureParameters
 from damper.parameters.tables import TABLE_SPEED, WALL_TABLES, tables_over
 
 Names = tuple[str, ...]
 Damper = TypeVar("Damper", bound=Parameters | SIParameters)
+
+
+def _of(parameters: Any, *names: str) -> Any:
+    """Return parameters that are of such a class of `structural`, else None.
+
+    That module loads numpy: where it is not loaded nothing is of it.
+    """
+    module = sys.modules.get("damper.parameters.structural")
+    if module and isinstance(parameters, tuple(getattr(module, name) for name in names)):
+        return parameters
+    return None
 
 
 def named_quantity(parameters: Parameters | SIParameters, name: str) -> Quantity:
@@ -26,8 +37,8 @@ def named_quantity(parameters: Parameters | SIParameters, name: str) -> Quantity
     names."""
     if not isinstance(name, str):
         raise TypeError(f"parameter = {name!r}: must be the name of a parameter")
-    if isinstance(parameters, StructureParameters):
-        return parameters.quantity_of(name)
+    if structure := _of(parameters, "StructureParameters"):
+        return structure.quantity_of(name)  # type: ignore[no-any-return]
     varied = {q.name: q for q in parameters.quantities if not q.whole}
     varied |= {
         f"{of}_{k}": of_a_mass(varied[of], k)
@@ -45,8 +56,8 @@ def named_quantity(parameters: Parameters | SIParameters, name: str) -> Quantity
 
 def value_of(parameters: Parameters | SIParameters, name: str) -> float:
     """Value of a number of a damper; a mass without one of its own has that of all."""
-    if isinstance(parameters, ScaledParameters | StructureParameters):
-        return parameters.value_of(name)
+    if structure := _of(parameters, "ScaledParameters", "StructureParameters"):
+        return float(structure.value_of(name))
     own = parameters.forcing.numbers
     if name == TABLE_SPEED:
         return 1.0
@@ -57,8 +68,8 @@ def value_of(parameters: Parameters | SIParameters, name: str) -> float:
 
 def with_values(parameters: Damper, values: Mapping[str, float]) -> Damper:
     """Return the damper with other values of some numbers; on a structure in the same units."""
-    if isinstance(parameters, ScaledParameters | StructureParameters):
-        return parameters.beside(values)
+    if structure := _of(parameters, "ScaledParameters", "StructureParameters"):
+        return structure.beside(values)  # type: ignore[no-any-return]
     forcing = parameters.forcing
     of_force = {name: v for name, v in values.items() if name in forcing.numbers}
     others = {name: v for name, v in values.items() if name not in of_force}
@@ -76,7 +87,7 @@ def rates_of(parameters: Parameters | SIParameters, name: str) -> dict[str, floa
 
     On a structure parameters are not scaled.
     """
-    if isinstance(parameters, StructureParameters):
+    if _of(parameters, "StructureParameters"):
         return {name: 1.0}
     own = parameters.forcing.numbers
     return {name: 1.0} if name in own else parameters.rates(name)
@@ -98,7 +109,8 @@ def completed(values: Mapping[str, Any]) -> dict[str, Any]:
 
 def size_of(parameters: Parameters, name: str) -> float:
     """Size of a change of a number that counts as of order 1."""
-    return parameters.size_of(name) if isinstance(parameters, ScaledParameters) else 1.0
+    structure = _of(parameters, "ScaledParameters")
+    return float(structure.size_of(name)) if structure else 1.0
 
 
 # The points of a study all have the same names.

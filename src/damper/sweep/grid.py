@@ -1,11 +1,15 @@
 """Points of a grid. No engine here: a table of a cube that runs nothing loads none."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from __future__ import annotations
 
-import numpy as np
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from damper.parameters.quantities import check_quantity
 from damper.parameters.warned import warn
+
+if TYPE_CHECKING:
+    import numpy as np
 
 #: Difference to a value, as a part of it, that is rounding.
 ROUNDING = 1e-9
@@ -40,6 +44,8 @@ def nearest_value(name: str, along: Sequence[float] | np.ndarray, value: float) 
     >>> nearest_value("clearance", [1.0, 2.0, 3.0], 2)
     2.0
     """
+    import numpy as np
+
     values, value = np.sort(along), check_quantity(name, value)
     grid, at = values, value
     if geometric(values):
@@ -61,6 +67,8 @@ def nearest_value(name: str, along: Sequence[float] | np.ndarray, value: float) 
 
 def geometric(values: np.ndarray) -> bool:
     """Whether at least three values keep one ratio, so that a logarithmic axis suits them."""
+    import numpy as np
+
     if len(values) < 3 or values.min() <= 0.0:
         return False
     ratios = values[1:] / values[:-1]
