@@ -81,6 +81,11 @@ class StructureMass:
         return "tabled" if self.tables else "yielding"
 
     @property
+    def pull(self) -> float:
+        """As of `damper.Parameters`."""
+        return self.gravity
+
+    @property
     def restitutions(self) -> tuple[float, float]:
         """Coefficients of restitution of the left and of the right wall, at small speeds."""
         left = self.restitution_left
