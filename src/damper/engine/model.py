@@ -161,3 +161,23 @@ def state_by_gap(model: Any, segment: Any, tau: float) -> tuple[float, float, fl
     x, v, gap, rate = motion(model, segment, tau)
     side = segment.side
     return x, v, x + side * (model.clearance - gap), v - side * rate
+
+
+@by_class_or_default
+def begin_samples(model: Any, segment: Any) -> Any:
+    """What `motion_sample` and `state_sample` need of a segment, once for all of its times."""
+    return 0.0
+
+
+@by_class_or_default
+def motion_sample(
+    model: Any, segment: Any, begun: Any, tau: float
+) -> tuple[float, float, float, float]:
+    """As `motion`, one of many times."""
+    return motion(model, segment, tau)
+
+
+@by_class_or_default
+def state_sample(model: Any, segment: Any, begun: Any, tau: float) -> tuple[float, float, Any, Any]:
+    """As `state_in`, one of many times."""
+    return state_in(model, segment, tau)

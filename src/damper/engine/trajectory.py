@@ -9,13 +9,16 @@ import numpy as np
 from damper.engine.compiled import Compiled, compiled
 from damper.engine.loop import FINISHED, LOG_FULL, run
 from damper.engine.model import (
+    begin_samples,
     columns_of,
     initial_segment,
     masses_in,
     motion,
+    motion_sample,
     primary_in,
     read_segment,
     state_in,
+    state_sample,
     write_row,
 )
 from damper.engine.segment import COLUMNS, PERIODS, TIME
@@ -207,8 +210,11 @@ def _motion(model, row, tau):
 @compiled
 def _motions(model, row, times, found):
     segment = read_segment(model, row)
+    begun = begin_samples(model, segment)
     for k in range(len(times)):
-        found[k, 0], found[k, 1], found[k, 2], found[k, 3] = motion(model, segment, float(times[k]))
+        found[k, 0], found[k, 1], found[k, 2], found[k, 3] = motion_sample(
+            model, segment, begun, float(times[k])
+        )
 
 
 @compiled
@@ -219,5 +225,6 @@ def _state(model, row, tau):
 @compiled
 def _states(model, row, times, x, v, y, u):
     segment = read_segment(model, row)
+    begun = begin_samples(model, segment)
     for k in range(len(times)):
-        x[k], v[k], y[k], u[k] = state_in(model, segment, float(times[k]))
+        x[k], v[k], y[k], u[k] = state_sample(model, segment, begun, float(times[k]))

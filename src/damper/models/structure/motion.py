@@ -103,9 +103,11 @@ def structure_after(model: OnStructure, start: ModalStart, tau: float) -> np.nda
 
 
 @compiled_apart
-def state_after(model: OnStructure, s: StructureSegment, tau: float) -> StructureSegment:
+def state_after(
+    model: OnStructure, s: StructureSegment, start: ModalStart, tau: float
+) -> StructureSegment:
     """Where all are a time after a segment's start; in a tail the bounces go on."""
-    here = all_after(model, s, begin(model, s, 2), tau, len(s.bodies), 0.0)
+    here = all_after(model, s, start, tau, len(s.bodies), 0.0)
     bounces, count = False, len(s.bodies)
     sticks, places, rates = np.zeros(count, dtype=np.bool_), np.zeros(count), np.zeros(count)
     for k in range(count):
@@ -151,16 +153,32 @@ def place_of(model: OnStructure, s: StructureSegment, k: int) -> tuple[float, fl
     return place, box_at(model, s, VELOCITY, k) - b[SIDE] * b[RATE]
 
 
+@declared.begin_samples.of(OnStructure)
+def _begin_samples(model, segment):
+    return begin(model, segment, 2)
+
+
 @declared.motion.of(OnStructure)
 def _motion(model, segment, tau):
-    here, k = state_after(model, segment, tau), int(segment.body)
+    return _motion_sample(model, segment, begin(model, segment, 2), tau)
+
+
+@declared.motion_sample.of(OnStructure)
+def _motion_sample(model, segment, begun, tau):
+    here, k = state_after(model, segment, begun, tau), int(segment.body)
     x, v = box_at(model, here, DISPLACEMENT, k), box_at(model, here, VELOCITY, k)
     return x, v, float(here.bodies[k, GAP]), float(here.bodies[k, RATE])
 
 
 @declared.state_in.of(OnStructure)
 def _state_in(model, segment, tau):
-    here, n, first = state_after(model, segment, tau), size_of(model), first_row(model.table, 1)
+    return _state_sample(model, segment, begin(model, segment, 2), tau)
+
+
+@declared.state_sample.of(OnStructure)
+def _state_sample(model, segment, begun, tau):
+    here, n = state_after(model, segment, begun, tau), size_of(model)
+    first = first_row(model.table, 1)
     count = len(here.bodies)
     y, u, x, v = np.empty(count), np.empty(count), np.zeros(n), np.zeros(n)
     for k in range(count):
