@@ -46,7 +46,7 @@ _MASSES = (1.0, 0.5, 0.25)
 _GAPS = tuple(2.0 ** (-0.5 * k) for k in range(13))
 _FINER = (2.0**0.25, 2.0**0.0625)
 #: Random starts at each frequency; fresh ones of a round, rounds at most, and those of the check.
-_RANDOM, _FRESH, _ROUNDS, _CHECK = 2, 30, 12, 100
+_RANDOM, _FRESH, _ROUNDS, _CHECK = 2, 100, 12, 100
 #: Hardest fresh starts of a round that all dampers get.
 _KEPT = 5
 #: Times the transient after which a fresh start that exceeds the worst case is judged.
