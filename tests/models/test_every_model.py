@@ -328,6 +328,7 @@ DECLARED = sorted(
 )
 #: Aids of searches, and what they answer for what does not say, all numbers given being 1.
 AIDS: dict[str, Any] = {
+    "begin_samples": 0.0,
     "longer_step": 0.0,
     "proves_inside": False,
     "shorter_step": 1.0,

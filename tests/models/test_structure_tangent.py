@@ -70,7 +70,7 @@ SCENES: dict[str, tuple[Any, float, bool, tuple[str, ...]]] = {
     "yielding": (on(BALL | {"yield_speed": 0.1}, LOW), 6.0, True, ("yield_speed_0", "phase")),
 }
 MOST = [
-    pytest.param(name, marks=[] if name in ("ties", "matrices") else pytest.mark.exhaustive)
+    pytest.param(name, marks=[] if name == "matrices" else pytest.mark.exhaustive)
     for name in SCENES
 ]
 
