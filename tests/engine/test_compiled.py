@@ -194,7 +194,7 @@ from damper.models import start_run
 compile_at_once()
 
 def versions():
-    entries = [c._outer for c in gc.get_objects() if isinstance(c, Compiled) and c._outer]
+    entries = [c._outer for c in gc.get_objects() if type(c) is Compiled and c._outer]
     return {e.py_func.__name__: len(e.signatures) for e in entries}
 
 def use(state, **values):
@@ -306,7 +306,7 @@ def things(kind):
         return True
     return isinstance(kind, types.BaseTuple) and any(map(things, kind))
 
-entries = [c._outer for c in gc.get_objects() if isinstance(c, Compiled) and c._outer]
+entries = [c._outer for c in gc.get_objects() if type(c) is Compiled and c._outer]
 given_back = [(e.py_func.__name__, s) for e in entries for s in e.nopython_signatures]
 print(json.dumps([len(given_back), [name for name, s in given_back if things(s.return_type)]]))
 """

@@ -63,7 +63,8 @@ def _branches(panels: Panels) -> list[Artist]:
                         # An impact passes the section there.
                         places = jumps(column, _JUMP, _LEAST_JUMP)
                         ax.plot(
-                            *(np.insert(a, places, np.nan) for a in (part.value, column)), **style
+                            *(np.insert(a, places, np.nan) for a in (part.value.values, column)),
+                            **style,
                         )
                 text = "periodic motion, " + ("stable" if stable else "unstable")
                 drawn[text] = legend_line(text, **style)
