@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from damper.parameters.quantities import check_quantity
 from damper.parameters.warned import warn
@@ -27,6 +27,11 @@ def product(axes: Mapping[str, Iterable[float]], fixed: Mapping[str, float]) -> 
     for name, values in axes.items():
         sets = [{**given, name: value} for given in sets for value in values]
     return sets
+
+
+def lies_at(point: Mapping[str, Any], place: Mapping[str, float]) -> bool:
+    """Whether a point has the values of a place; every point has those of an empty place."""
+    return all(point[name] == value for name, value in place.items())
 
 
 def nearest_value(name: str, along: Sequence[float] | np.ndarray, value: float) -> float:

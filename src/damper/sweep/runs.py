@@ -29,6 +29,7 @@ from damper.parameters.run import RunSettings
 from damper.parameters.state import require_state
 from damper.parameters.tables import beside_numbers
 from damper.sweep.estimate import Workload
+from damper.sweep.grid import lies_at
 from damper.sweep.points import Point, read_point
 from damper.sweep.progress import Progress
 
@@ -148,7 +149,7 @@ def _observed(points: Sequence[Mapping[str, Any]], observer: Observer) -> dict[i
     for name in place:
         if points and name not in points[0]:
             raise ValueError(f"{observer.name}.at: {unknown_name('axis', name, points[0])}")
-    found = (k for k, p in enumerate(points) if all(p[name] == v for name, v in place.items()))
+    found = (k for k, point in enumerate(points) if lies_at(point, place))
     return {number: row for row, number in enumerate(found)}
 
 

@@ -16,7 +16,7 @@ from damper.parameters.tables import beside_numbers
 from damper.parameters.variables import SI_UNITS, Variable
 from damper.sweep.branches import branches, noise_seeds
 from damper.sweep.estimate import Workload, run_sizes
-from damper.sweep.grid import product
+from damper.sweep.grid import lies_at, product
 from damper.sweep.parts import PartData
 from damper.sweep.progress import Progress, progress_lines
 
@@ -149,7 +149,7 @@ def _in_si(
     for variable in variables:
         if variable.units in SI_UNITS:
             array, place = arrays[variable.name], places.get(variable.name, {})
-            there = [all(point[n] == v for n, v in place.items()) for point in points]
+            there = [lies_at(point, place) for point in points]
             sizes = np.array([unit.size(variable.units) for unit in units])[there]
             array *= sizes.reshape(-1, *[1] * (array.ndim - 1))
     return tuple(replace(v, units=SI_UNITS.get(v.units, v.units)) for v in variables)
