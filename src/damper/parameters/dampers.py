@@ -18,12 +18,13 @@ from damper.parameters.models import models_of
 from damper.parameters.names import OF_A_MASS_SI
 from damper.parameters.quantity import Quantity, QuantityClass, quantity, shared
 from damper.parameters.tables import (
-    TABLE_OF,
     TABLE_SPEED,
     WALL_TABLES,
     Table,
     listed_tables,
+    put_own,
     read_table,
+    refuse_beside_tables,
     tables_over,
 )
 from damper.parameters.unit_text import number_in
@@ -401,12 +402,7 @@ class Parameters(QuantityClass):
                 values: dict[str, Any] = {
                     name: _QUANTITIES[name].check(value) for name, value in (common | has).items()
                 }
-                for name, table in TABLE_OF.items():
-                    # A mass's own restitution is in place of a table of all, and the reverse.
-                    if table in tables:
-                        values |= {name: has.get(name, math.inf), table: tables[table]}
-                    elif name in has:
-                        values[table] = None
+                put_own(values, has | tables)
                 for factor, name in _FACTORS.items():
                     values[name] *= values[factor]
                     values[factor] = 1.0
@@ -917,11 +913,7 @@ def check_together(
     _check_several(values, asked, named)
     _check_box(values, asked, named, given)
     _check_limits(values, asked, named, given)
-    for name, table in TABLE_OF.items():
-        if values[name] != math.inf and values.get(table):
-            raise ValueError(
-                f"{name} = {values[name]!r} and {table}: the table says it; leave one of them out"
-            )
+    refuse_beside_tables(values)
     for name, does in (
         ("gravity", "weighs {:g} F0 along its box"),
         ("friction", "rubs by {:g} F0"),

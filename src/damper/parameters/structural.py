@@ -25,7 +25,13 @@ from damper.parameters.masses import Mass, listed, with_own
 from damper.parameters.names import OF_A_MASS_STRUCTURE, split, unknown_name
 from damper.parameters.quantity import Quantity, QuantityClass, quantity, shared
 from damper.parameters.structure import Structure
-from damper.parameters.tables import TABLE_OF, WALL_TABLES, Table, read_table
+from damper.parameters.tables import (
+    WALL_TABLES,
+    Table,
+    put_own,
+    read_table,
+    refuse_beside_tables,
+)
 from damper.parameters.unit_text import number_in
 from damper.parameters.units import NO_UNITS, Units
 
@@ -379,12 +385,7 @@ class StructureParameters(QuantityClass, shares=SIParameters):
 
     def _mass(self, where: str, own: Mapping[str, Any]) -> StructureMass:
         here = {**self.__dict__, **own}
-        # A mass's own restitution is in place of a table of all, and the reverse.
-        for wall, table in TABLE_OF.items():
-            if table in own:
-                here[wall] = own.get(wall, math.inf)
-            elif wall in own:
-                here[table] = None
+        put_own(here, own)
         boxes = tuple(self.structure.boxes)
         if here["box"] is None and len(boxes) != 1:
             known = f"must be one of {', '.join(boxes)}" if boxes else "the structure has none"
@@ -627,12 +628,7 @@ def _tables_in(where: str, here: Mapping[str, Any]) -> tuple[Table, ...]:
     given = [name for name in WALL_TABLES if here[name] is not None]
     if not given:
         return ()
-    for wall, table in TABLE_OF.items():
-        if table in given and here[wall] not in (None, math.inf):
-            raise ValueError(
-                f"{where}{wall} = {here[wall]!r} and {table}: the table says it; leave one of "
-                "them out"
-            )
+    refuse_beside_tables(here, where)
     if here["yield_speed"] < math.inf:
         raise ValueError(
             f"{where}yield_speed and {given[0]} ask for different contact laws: give one"

@@ -112,6 +112,25 @@ def listed_tables(parameters: Mapping[str, Any]) -> dict[str, Table]:
     return found
 
 
+def put_own(values: dict[str, Any], own: Mapping[str, Any]) -> None:
+    """Put a mass's own restitution in place of a table of all masses, and the reverse."""
+    for wall, table in TABLE_OF.items():
+        if table in own:
+            values |= {wall: own.get(wall, math.inf), table: own[table]}
+        elif wall in own:
+            values[table] = None
+
+
+def refuse_beside_tables(values: Mapping[str, Any], where: str = "") -> None:
+    """Raise ValueError for a wall that has a table and a coefficient; `where` names its mass."""
+    for wall, table in TABLE_OF.items():
+        if values.get(table) and values[wall] not in (None, math.inf):
+            raise ValueError(
+                f"{where}{wall} = {values[wall]!r} and {table}: the table says it; leave one of "
+                "them out"
+            )
+
+
 def beside_numbers(masses: int = 0, tables: Mapping[str, Table] | None = None) -> dict[str, Any]:
     """Return the masses of every damper of a study, and its tables as `listed_tables`.
 
