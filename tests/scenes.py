@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from damper import Structure
 from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import Base, Harmonic, Harmonics, NoForce, Noise, Record, Unbalance
 
@@ -216,3 +217,16 @@ def _masses(draw: random.Random, model: str, values: dict[str, Any]) -> list[dic
         {name: value() for name, (share, value) in own.items() if draw.random() < share}
         for _ in range(count)
     ]
+
+
+def coupled_structure(seed: int) -> Structure:
+    """A structure whose damping couples its modes, and whose mass matrix is full."""
+    rng = np.random.default_rng(seed)
+    a, b, c = rng.normal(size=(3, 3)), rng.normal(size=(3, 3)), rng.normal(size=(3, 2))
+    return Structure(
+        mass=a @ a.T + 2.0 * np.eye(3),
+        damping=0.05 * c @ c.T,
+        stiffness=b @ b.T + np.eye(3),
+        boxes={"a": [1, 0, 0], "b": [0, 0, 1]},
+        force=[0, 1, 0],
+    )

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import SLOW
+from scenes import SLOW, coupled_structure
 
 from damper import Parameters, SIParameters, State, Structure, events
 from damper.engine.model import read_segment
@@ -22,19 +22,6 @@ BEAM = Structure.from_modes(
     {"a": [1.0, 0.6, -0.3], "b": [0.4, -0.9, 0.7], "force": [1.0, 0.3, 0.5], "base": [1, 0.4, 0.2]},
 )
 RECORD = Record([0.0, 1.0, 2.5, 4.0, 8.0, 12.0, 20.0], [0.0, 1.0, -0.7, 0.3, -1.0, 0.5, 0.0])
-
-
-def _of_matrices() -> Structure:
-    """A structure whose damping couples its modes, and whose mass matrix is full."""
-    rng = np.random.default_rng(1)
-    a, b, c = rng.normal(size=(3, 3)), rng.normal(size=(3, 3)), rng.normal(size=(3, 2))
-    return Structure(
-        mass=a @ a.T + 2.0 * np.eye(3),
-        damping=0.05 * c @ c.T,
-        stiffness=b @ b.T + np.eye(3),
-        boxes={"a": [1, 0, 0], "b": [0, 0, 1]},
-        force=[0, 1, 0],
-    )
 
 
 def on(structure: Structure, *masses: dict[str, Any], **given: Any) -> SIParameters:
@@ -64,7 +51,7 @@ SCENES: dict[str, tuple[SIParameters, float]] = {
     "base and gravity": (on(BEAM, {}, HEAVY, forcing="base", gravity=0.3), 12.0),
     "ties": (on(BEAM, *TIES), 14.0),
     "record": (on(BEAM, {"restitution": 0.0}, HEAVY, forcing=RECORD, force_amplitude=2.0), 16.0),
-    "matrices": (on(_of_matrices(), {"tie_damping": 0.05}, HEAVY, force_amplitude=6.0), 6.0),
+    "matrices": (on(coupled_structure(1), {"tie_damping": 0.05}, HEAVY, force_amplitude=6.0), 6.0),
 }
 #: Approach speed from which on each impact is one of `events`: below, tails are closed.
 SEEN = 1e-2
@@ -197,7 +184,7 @@ def test_energy_is_balanced() -> None:
     """Input less dashpots, ties and impacts is what is stored; by quadrature, scaled."""
     own = {"restitution": 0.9, "tie_stiffness": 0.05, "tie_damping": 0.03}, HEAVY
     given = {"force_amplitude": 6.0, "gravity": 0.1}
-    p = on(_of_matrices(), own[0], own[1] | {"restitution": 0.0}, **given).dimensionless
+    p = on(coupled_structure(1), own[0], own[1] | {"restitution": 0.0}, **given).dimensionless
     run, s = start_run(p), p.structure
     log = np.concatenate([piece.copy() for piece in run.segments(*run.whole_periods(9.0))])
     nodes, weights = np.polynomial.legendre.leggauss(8)

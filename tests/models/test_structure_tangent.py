@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from differences import difference, differences
+from scenes import coupled_structure
 
 from damper import SIParameters, State, Structure
 from damper.engine.segment import CAUSE, COLUMNS, IMPACT, SIDE, STICK
@@ -20,18 +21,6 @@ SHAPES = {"a": [1.0, 0.6, -0.4], "b": [0.5, -1.0, 0.8], "force": [1.0, 0.6, 0.3]
 BEAM = Structure.from_modes(HERTZ, [0.02, 0.01, 0.01], SHAPES)
 BALL = {"box": "a", "free_mass": 0.1, "gap": 0.8, "restitution": 0.4}
 LOW = {"box": "b", "free_mass": 0.3, "gap": 0.6, "restitution": 0.3}
-
-
-def _of_matrices() -> Structure:
-    rng = np.random.default_rng(3)
-    a, b, c = rng.normal(size=(3, 3)), rng.normal(size=(3, 3)), rng.normal(size=(3, 2))
-    return Structure(
-        mass=a @ a.T + 2.0 * np.eye(3),
-        damping=0.05 * c @ c.T,
-        stiffness=b @ b.T + np.eye(3),
-        boxes={"a": [1, 0, 0], "b": [0, 0, 1]},
-        force=[0, 1, 0],
-    )
 
 
 def on(*masses: dict[str, Any], structure: Structure = BEAM, **given: Any) -> SIParameters:
@@ -53,7 +42,7 @@ SCENES: dict[str, tuple[Any, float, bool, tuple[str, ...]]] = {
         ("gravity", "mode_2_damping_ratio"),
     ),
     "matrices": (
-        on(BALL | {"tie_damping": 0.05}, LOW, structure=_of_matrices(), force_amplitude=6.0),
+        on(BALL | {"tie_damping": 0.05}, LOW, structure=coupled_structure(3), force_amplitude=6.0),
         6.0,
         False,
         ("tie_damping_0", "forcing_frequency", "force_amplitude"),
