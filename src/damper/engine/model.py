@@ -165,7 +165,7 @@ def state_by_gap(model: Any, segment: Any, tau: float) -> tuple[float, float, fl
 
 @by_class_or_default
 def begin_samples(model: Any, segment: Any) -> Any:
-    """What `motion_sample` and `state_sample` need of a segment, once for all of its times."""
+    """Constants of a segment that `motion_sample` and `state_sample` take for each of its times."""
     return 0.0
 
 

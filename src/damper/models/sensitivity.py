@@ -111,7 +111,7 @@ def along_friction(names: Collection[str]) -> bool:
 
 
 def _joined(model: Any) -> Any:
-    """What drives the primary with joined masses, where a model has that."""
+    """Force on the primary with joined masses, in a model that has such a force."""
     return model.stuck.forcing if hasattr(model, "stuck") else None
 
 
@@ -129,7 +129,7 @@ def wall_of(model: Any, segment: Any, k: int) -> tuple[float, float]:
 
 @by_class_or_default
 def first_place(model: Any) -> int:
-    """Which component of a state is the place of the first free mass."""
+    """Number of the state's component that is the displacement of the first free mass."""
     return 2
 
 

@@ -21,7 +21,7 @@ USUAL = {
 def unusual(values: Mapping[str, Iterable[float]]) -> tuple[str, ...]:
     """A sentence for each quantity with a value that few machines have.
 
-    Frequencies are in Hz. What is 0 or infinite is meant to be.
+    Frequencies are in Hz. Zero and infinity are never unusual.
 
     Examples
     --------

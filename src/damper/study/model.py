@@ -200,7 +200,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
 
     @cached_property
     def left_out(self) -> dict[str, float]:
-        """What is not given as a force without a frequency does not ask for it, with its values."""
+        """Values of the quantities that a force without a frequency lets a study leave out."""
         given = {name for section in self.sections.values() for name in section}
         found = left_out(self.force, not SI_ONLY.isdisjoint(given))
         return {name: value for name, value in found.items() if name not in given}

@@ -202,7 +202,7 @@ def in_unit(factor: float) -> Formatter:
 
 
 def mirror_kind(name: str) -> tuple[object, ...]:
-    """What a motion that `damper.analysis.attractors` names has in common with its mirror image.
+    """Key of a motion by its name in `damper.analysis.attractors`, the same for its mirror image.
 
     Examples
     --------

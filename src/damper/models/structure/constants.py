@@ -88,7 +88,7 @@ class OnStructure(NamedTuple):
     clearance: float
     """The largest."""
     law: Any
-    """What the laws of all walls are made of: `damper.models.several.bodies.law_in`."""
+    """Constants of the laws of all walls, for `damper.models.several.bodies.law_in`."""
     cycle: float
     tolerance: float
     free: Oscillator

@@ -227,7 +227,7 @@ def state_of(vector: np.ndarray, time: float = 0.0, coordinates: int = 1) -> Sta
 
 
 def first_mass(parameters: Any) -> int:
-    """Which component of a state is the place of the first free mass."""
+    """Number of the state's component that is the displacement of the first free mass."""
     return 2 * len(parameters.structure.mass) if parameters.model == "structure" else 2
 
 
