@@ -93,3 +93,14 @@ def test_times_outside_are_refused(call: Any, said: str) -> None:
     with pytest.raises(ValueError, match=said):
         call(run)
     assert run.time == 5.0
+
+
+def test_it_says_which_masses_stick() -> None:
+    run, last = damper.start(CHATTER), 0
+    for until in np.linspace(1.0, 60.0, 30).tolist():
+        found = run.advance(until)["kind"]
+        last = found[-1] if len(found) else last
+        assert run.sticking == (last == damper.STICK,)
+    one = damper.start(TWO, damper.State(0.0, 0.0, (-0.3, 0.0), 0.0))
+    one.advance(0.1)
+    assert one.sticking == (True, False)

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from damper.engine import segment
+from damper.engine.compiled import plain
 from damper.engine.loop import FINISHED
+from damper.engine.model import count_masses, masses_at, read_segment
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.lazy import xr
@@ -92,6 +94,15 @@ class OngoingRun:
         units = self._started.units
         state = State(x, v, y, u, self.time / units.time)
         return state.times(units)
+
+    @property
+    def sticking(self) -> tuple[bool, ...]:
+        """Whether each free mass moves with a wall at `time`."""
+        model, row = self._started.trajectory.model, self._cut[-1]
+        masses = np.empty((count_masses(model), 3))
+        segment_here = plain(read_segment)(model, row)
+        plain(masses_at)(model, segment_here, float(row[segment.DURATION]), masses)
+        return tuple((masses[:, 2] == segment.STICKING).tolist())
 
     def motion(self, times: Any) -> xr.Dataset:
         """Motion of all masses at moments between the start and `time`.
