@@ -12,8 +12,8 @@ Rooms, each importing only those above it:
 - `analysis`, `tables`, `figures`: cubes -> numbers, files, plots.
 - `papers`, `verification`, `structures`, `report`: verdicts, studies that check the engine,
   studies of structures, the page.
-- `notebook`, `sizing`, `identification`, `shell`: `run`, the accessor of cubes, `design`,
-  `identify`, the command `damper`.
+- `notebook`, `sizing`, `fmu`, `identification`, `shell`: `run`, the accessor of cubes, `design`,
+  FMUs, `identify`, the command `damper`.
 
 Importing damper loads none of these: a name loads what it needs when it is first used.
 """

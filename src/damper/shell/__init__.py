@@ -35,6 +35,7 @@ def main() -> None:
                   --clearance 0.25 --restitution 0.6 --until 60
     damper design machine.yaml
     damper identify decay.csv --free r,d --machine frame.yaml
+    damper fmu machine.yaml
     damper new my_study
     damper check my_study
     """
@@ -238,6 +239,40 @@ def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> 
         click.echo(f"Page: {folder / 'design.html'}")
     if older:
         click.echo(f"Replaced files of an older page: {', '.join(path.name for path in older)}")
+
+
+_OF_SIZES = {q.name: q for q in SIParameters.quantities}
+
+
+@main.command()
+@click.argument("machine", type=click.Path())
+@click.option("--output", type=click.Path(), metavar="FILE", help="Instead of MACHINE.fmu.")
+@click.option("--free-mass", type=_Number(_OF_SIZES["free_mass"]), help="Of the damper, in kg.")
+@click.option("--gap", type=_Number(_OF_SIZES["gap"]), help="Its whole travel, in m.")
+@click.option(
+    "--restitution", type=_Number(_OF_SIZES["restitution"]), help="Rebound over approach speed."
+)
+def fmu(machine: str, output: str | None, **given: float | None) -> None:
+    """Make an FMU of MACHINE with its damper.
+
+    MACHINE is a YAML file as for `damper design`. What is left out of the damper is that of the
+    closed forms. The FMU is for co-simulation by FMI 3: force or acceleration of the base in,
+    motion and impulse out. The machine that imports it needs Python and this package.
+
+    \b
+    damper fmu machine.yaml --free-mass 10kg --gap 1mm --output machine.fmu
+    """
+    from damper.fmu.build import NEEDS, build_fmu
+    from damper.study.yaml_file import ConfigError
+
+    path = Path(output or Path(machine).with_suffix(".fmu").name)
+    try:
+        sizes = {name: value for name, value in given.items() if value is not None}
+        drive, begin = build_fmu(machine, path, sizes)
+    except (ValueError, TypeError, OSError, ConfigError) as error:
+        raise click.ClickException(str(error)) from None
+    click.echo("".join(f"{name:<21}{value:g}\n" for name, value in begin.items()), nl=False)
+    click.echo(f"FMU: {path}, driven by {drive}; the machine that imports it needs {NEEDS}")
 
 
 def _pairs(option: str, given: tuple[str, ...]) -> dict[str, Any]:
