@@ -253,3 +253,21 @@ def test_primary_is_at_rest_or_steady() -> None:
             read_point({**POINT, name: 0.0}, "steady")
         with pytest.raises(ValueError, match=f"{name} is given, but the primary starts on its st"):
             simulate(**POINT, **{name: 0.0}, initial="steady")
+
+
+def test_sequences_of_simulate_are_numbers_with_units_as_well() -> None:
+    cube = simulate(
+        primary_mass="0.1 t",
+        damping=800,
+        stiffness=4e6,
+        free_mass=10,
+        gap=["10 mm", 0.02],
+        force_amplitude="1 mm",
+        forcing="base",
+        forcing_frequency="30 Hz",
+        restitution=0.3,
+        transient=0,
+        periods=1,
+    )
+    assert cube.gap.values.tolist() == [0.01, 0.02]
+    assert (cube.primary_mass, cube.force_amplitude) == (100.0, 1e-3)

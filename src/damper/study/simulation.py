@@ -14,12 +14,13 @@ from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import HARMONIC, Forcing, read_forcing
 from damper.parameters.masses import listed, own_values
 from damper.parameters.named import completed
-from damper.parameters.names import OF_ANY_MASS, unknown_name
+from damper.parameters.names import OF_ANY_MASS, split, unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si, ordered
 from damper.parameters.quantity import filled, real
 from damper.parameters.run import DEFAULTS, settings_text
 from damper.parameters.structural import StructureParameters
 from damper.parameters.tables import TABLE_OF, Table, listed_tables, read_table
+from damper.parameters.unit_text import number_in
 from damper.study.axes import clean
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.cube import REFERENCES, gather
@@ -160,7 +161,7 @@ def simulate(
     given, tables, force, count = _damper_of(parameters, given, masses, tables, forcing)
     random = _checked_starts(initial, draws, given, state)
     values = {"phase": 0.0} | given
-    fixed, axes = _fixed_and_axes({n: values[n] for n in ordered(values) if n not in random})
+    fixed, axes = _fixed_and_axes({n: values[n] for n in ordered(values) if n not in random}, force)
     if observers is USUAL and count:
         observers = {name: {} for name in USUAL} | {"bursts": {"bodies": list(range(count))}}
     observers = list(observers) if isinstance(observers, Iterator) else observers
@@ -250,16 +251,19 @@ def _damper_of(
 
 
 def _fixed_and_axes(
-    quantities: Mapping[str, Any],
+    quantities: Mapping[str, Any], force: Forcing
 ) -> tuple[dict[str, float], dict[str, list[float]]]:
     """Return the numbers among the quantities, and the values of each sequence."""
+    kind = SIParameters if is_si(quantities) else Parameters
+    units = {q.name: q.units for q in kind.quantities} | {"force_amplitude": force.si_unit}
     fixed: dict[str, float] = {}
     axes: dict[str, list[float]] = {}
     for name, value in quantities.items():
         wanted = f"{name}: must be a number or a non-empty one-dimensional sequence"
         words = value if isinstance(value, list | tuple) else [value]
         if any(isinstance(word, str) for word in words):
-            read = [ALL[name].number_of(word) for word in words]
+            own = [units.get((split(name) or (name,))[0], ALL[name].units)]
+            read = [number_in(name, ALL[name].number_of(word), own) for word in words]
             value = read if isinstance(value, list | tuple) else read[0]
         try:
             column = np.asarray(value)
