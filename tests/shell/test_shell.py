@@ -33,6 +33,17 @@ def test_events_are_those_of_python(tmp_path: Path) -> None:
     assert len(printed) == len(found) + 1
 
 
+@pytest.mark.filterwarnings("default:.* is unusual")
+def test_a_value_that_few_machines_have_is_asked_about_once() -> None:
+    given = {
+        **{"primary_mass": 100, "damping": 800, "stiffness": 4e6, "free_mass": 10, "gap": "20 m"},
+        **{"force_amplitude": 200, "forcing_frequency": 200, "restitution": 0.3, "until": 0.1},
+    }
+    options = (f"--{name.replace('_', '-')}={value}" for name, value in given.items())
+    printed = called("events-si", *options)
+    assert printed.count("! gap = 20 m is unusual: 1e-06 to 0.5 m is usual. Is another unit") == 1
+
+
 def test_a_run_without_events_says_so() -> None:
     assert called(*EVENTS, "--until=0") == "No event until 0.\n"
 

@@ -2,6 +2,7 @@
 
 import math
 import re
+import warnings
 from fractions import Fraction
 from typing import Any
 
@@ -13,7 +14,7 @@ from mpmath import mp, mpf
 from scenes import SI as SCENE_SI
 from scenes import STUDY
 
-from damper import Parameters, State, events, simulate
+from damper import Parameters, SIParameters, State, events, simulate
 from damper.engine.segment import CAUSE, FLIGHT, GAP, GAP_RATE, MODE, SIDE, STICKING
 from damper.models import start_run
 from damper.parameters import NO_UNITS
@@ -253,6 +254,32 @@ def test_primary_is_at_rest_or_steady() -> None:
             read_point({**POINT, name: 0.0}, "steady")
         with pytest.raises(ValueError, match=f"{name} is given, but the primary starts on its st"):
             simulate(**POINT, **{name: 0.0}, initial="steady")
+
+
+@pytest.mark.filterwarnings("default:.* is unusual")
+@pytest.mark.parametrize(
+    ("changed", "asked"),
+    [
+        ({"gap": "20 mm"}, []),
+        ({"gap": 20}, ["gap"]),
+        (
+            {"stiffness": 1e13, "forcing_frequency": "30 kHz"},
+            ["forcing_frequency", "natural_frequency"],
+        ),
+    ],
+)
+def test_a_run_asks_about_values_that_few_machines_have(changed: dict, asked: list) -> None:
+    si: dict = {"primary_mass": 100, "damping": 800, "stiffness": 4e6, "free_mass": 10, "gap": 1e-3}
+    si |= {"force_amplitude": 200, "forcing_frequency": 200, "restitution": 0.3} | changed
+    for run in (
+        lambda: events(**si, until=1e-5),
+        lambda: events(SIParameters(**si), until=1e-5),
+        lambda: simulate(**si | {"restitution": [0.3, 0.4]}, transient=0, periods=1),
+    ):
+        with warnings.catch_warnings(record=True) as found:
+            run()
+        assert [str(one.message).partition(" =")[0] for one in found] == asked
+        assert {one.filename for one in found} <= {__file__}
 
 
 def test_sequences_of_simulate_are_numbers_with_units_as_well() -> None:

@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import Any
 
 from damper.parameters.forcing import HARMONIC, check_force, left_out, read_forcing
-from damper.parameters.masses import changed_in, read_masses, value_in
+from damper.parameters.masses import changed_in, own_values, read_masses, value_in
 from damper.parameters.models import models_of
 from damper.parameters.names import OF_A_MASS_SI
 from damper.parameters.quantity import Quantity, QuantityClass, quantity, shared
@@ -29,6 +29,7 @@ from damper.parameters.tables import (
 )
 from damper.parameters.unit_text import number_in
 from damper.parameters.units import ACCELERATION, FORCE, LENGTH, NO_UNITS, SPEED, Units
+from damper.parameters.unusual import unusual_damper
 
 #: Least restitution of compliant contact without tension: its dashpot would have to be infinite.
 LEAST_COMPLIANT_RESTITUTION = 1e-3
@@ -786,6 +787,13 @@ class SIParameters(QuantityClass, shares=Parameters):
                 "F0/K, sqrt(M/K), F0/sqrt(K M) or F0^2/K is zero or infinite"
             )
         return units
+
+    @property
+    def unusual(self) -> tuple[str, ...]:
+        """A sentence for each value that few machines have, such as a gap of 20 m."""
+        values = {q.name: getattr(self, q.name) for q in self.quantities}
+        values |= own_values(map(dict, self.masses or ()))
+        return unusual_damper({name: [v] for name, v in values.items()}, self.forcing.kind)
 
     @property
     def cycle(self) -> float:

@@ -1,7 +1,7 @@
 """Values that few machines have: a unit may be wrong there, which no refusal can know."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 from damper.parameters.masses import split
 
@@ -41,3 +41,37 @@ def unusual(values: Mapping[str, Iterable[float]]) -> tuple[str, ...]:
                 )
                 break
     return tuple(found)
+
+
+def unusual_damper(values: Mapping[str, Collection[float]], kind: str) -> tuple[str, ...]:
+    """As `unusual`, of a damper in SI units and of what follows from its quantities.
+
+    Parameters
+    ----------
+    values : mapping of str to collection of float
+        Values of quantities of `SIParameters`, all combined.
+    kind : str
+        Kind of the force.
+
+    Examples
+    --------
+    >>> values = {"primary_mass": [2.0], "damping": [40.0], "stiffness": [200.0]}
+    >>> [text.partition(":")[0] for text in unusual_damper(values, "harmonic")]
+    ['damping_ratio = 1 is unusual']
+    """
+    found = {name: [min(each), max(each)] for name, each in values.items()}
+    if kind == "base" and "force_amplitude" in found:
+        found["base_amplitude"] = found["force_amplitude"]
+    rates = {"forcing_frequency": found.pop("forcing_frequency", [])}
+    (light, heavy), (soft, stiff) = (
+        found.get("primary_mass", (0, 0)),
+        found.get("stiffness", (0, 0)),
+    )
+    if light > 0.0 and soft > 0.0:
+        rates["natural_frequency"] = [math.sqrt(soft / heavy), math.sqrt(stiff / light)]
+        low, high = found.get("damping", (0.0, 0.0))
+        found["damping_ratio"] = [
+            0.5 * low / math.sqrt(stiff * heavy),
+            0.5 * high / math.sqrt(soft * light),
+        ]
+    return unusual(found | {name: [rate / math.tau for rate in two] for name, two in rates.items()})

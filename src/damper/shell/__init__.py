@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+import warnings
 import webbrowser
 from collections.abc import Callable
 from pathlib import Path
@@ -110,8 +111,10 @@ def _events_command(name: str, kind: Any, unit: str, time: str, example: str) ->
     @click.option("--plot", type=click.Path(dir_okay=False), help="Draw the motion into this file.")
     def command(until: float, csv: str | None, plot: str | None, **values: Any) -> None:
         try:
-            parameters = kind(**{k: v for k, v in values.items() if v not in (None, ())})
-            _show(parameters, until, csv, plot)
+            with warnings.catch_warnings():
+                warnings.showwarning = lambda text, *_: click.echo(f"! {text}", err=True)
+                parameters = kind(**{k: v for k, v in values.items() if v not in (None, ())})
+                _show(parameters, until, csv, plot)
         except (ValueError, TypeError, OSError) as error:
             raise click.ClickException(str(error)) from None
 

@@ -26,6 +26,7 @@ from damper.parameters.dampers import SIParameters
 from damper.parameters.lazy import pd
 from damper.parameters.names import unknown_name
 from damper.parameters.structure import Structure
+from damper.parameters.unusual import unusual
 from damper.sizing.clauses import EXCEEDED
 from damper.sizing.machine import LARGEST_RESTITUTION
 from damper.sizing.words import text_of
@@ -395,7 +396,8 @@ def design_on(machine: StructureMachine) -> StructureDesign:
     fresh = [search.lasting(damper, case) for case in search.fresh(1000, _CHECK)]
     without = max(machine.without(hertz) for hertz in _fine(machine))
     share, ratio = 100.0 * float(np.mean([v > worst for v in fresh])), max(fresh) / worst
-    warnings = []
+    room = {name: [getattr(machine, name)] for name in ("largest_mass", "largest_gap")}
+    warnings = [*unusual(room)]
     if ratio > EXCEEDED:
         warnings.append(
             f"{share:.3g} % of fresh random runs exceed the worst case, by up to "

@@ -4,7 +4,6 @@ python -m damper.study.check config/studies/restitution.yaml ...
 """
 
 import argparse
-import math
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 from damper.engine.trajectory import Trajectory
 from damper.models import model_of
 from damper.parameters.quantities import is_si
-from damper.parameters.unusual import unusual
+from damper.parameters.unusual import unusual_damper
 from damper.study.config import ConfigError, Study, load_study
 from damper.study.estimate import COMPILE_SECONDS, PLAIN_SECONDS, estimate
 from damper.study.yaml_file import join_names
@@ -96,7 +95,8 @@ def _notes(study: Any) -> Iterator[str]:
             "units): then transient, periods, start and length are in s, and so many "
             "samples_per_period a second"
         )
-    yield from unusual(_si_values(study))
+    if is_si(study.ends):
+        yield from unusual_damper(study.ends, study.force.kind)
     if layout := getattr(study.force, "layout", ""):
         yield (
             f"the file of its record has {layout} (forcing.columns, delimiter, step and factor may "
@@ -126,21 +126,6 @@ def _notes(study: Any) -> Iterator[str]:
             f"to compile for the model {join_names(sorted(models))} takes some "
             f"{duration(COMPILE_SECONDS * len(models))} more, the first time"
         )
-
-
-def _si_values(study: Study) -> dict[str, list[float]]:
-    """Values of a study in SI units, and what follows from them; nothing of a dimensionless one."""
-    ends = study.ends
-    if not is_si(ends):
-        return {}
-    found = {name: [min(values), max(values)] for name, values in ends.items()}
-    stiffness, masses = found["stiffness"], found["primary_mass"][::-1]
-    rates = [math.sqrt(k / m) for k, m in zip(stiffness, masses, strict=True)]
-    ratios = [corner.damping_ratio for corner in study.corners]
-    force = {"base_amplitude": found["force_amplitude"]} if study.force.kind == "base" else {}
-    frequencies = {"natural_frequency": rates, "forcing_frequency": found["forcing_frequency"]}
-    hertz = {name: [rate / math.tau for rate in values] for name, values in frequencies.items()}
-    return found | force | hertz | {"damping_ratio": [min(ratios), max(ratios)]}
 
 
 def _count(number: float) -> str:

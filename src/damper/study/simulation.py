@@ -21,6 +21,8 @@ from damper.parameters.run import DEFAULTS, settings_text
 from damper.parameters.structural import StructureParameters
 from damper.parameters.tables import TABLE_OF, Table, listed_tables, read_table
 from damper.parameters.unit_text import number_in
+from damper.parameters.unusual import unusual_damper
+from damper.parameters.warned import warn
 from damper.study.axes import clean
 from damper.sweep.branches import DIRECTIONS
 from damper.sweep.cube import REFERENCES, gather
@@ -167,6 +169,9 @@ def simulate(
     observers = list(observers) if isinstance(observers, Iterator) else observers
     observers = _placed(observers, axes)
     follow = _checked_follow(follow, axes)
+    if is_si(fixed | axes):
+        for text in unusual_damper({n: [v] for n, v in fixed.items()} | axes, force.kind):
+            warn(text)
     with progress_bar() as progress:
         part = simulate_slice(
             fixed,

@@ -11,6 +11,7 @@ from damper.parameters.named import arguments, completed, damper_of, language
 from damper.parameters.quantities import ALL, check_quantity
 from damper.parameters.state import require_state
 from damper.parameters.structural import StructureParameters
+from damper.parameters.warned import warn
 from damper.theory.steady import steady_state
 
 #: Where the primary may start.
@@ -165,11 +166,18 @@ def one_run(
     if parameters is not None or not values:
         require_parameters(parameters)
     if not values:
-        return parameters, state
+        return _asked_about(parameters), state
     values = completed((parameters.given if parameters else {}) | dict(values))
     _, _, _, initial = language(tuple(values))
     if initial and state:
         raise ValueError("state stands alone: no initial quantities beside it")
     point = read_point(values)
     start = point.start()
-    return damper_of(values), start.times(point.units) if start else state
+    return _asked_about(damper_of(values)), start.times(point.units) if start else state
+
+
+def _asked_about(parameters: Any) -> Any:
+    """Return parameters, with a warning for each value that few machines have."""
+    for text in parameters.unusual if isinstance(parameters, SIParameters) else ():
+        warn(text)
+    return parameters
