@@ -129,6 +129,15 @@ def test_reference_has_every_key_of_its_section():
         assert f"\n| `{name}` |" in text
 
 
+def test_reference_says_what_need_not_be_given():
+    text = reference.reference()
+    for start in (
+        "| `frequency_ratio` | $\\omega$ | |",
+        "| `forcing_frequency` | $\\Omega$ | rad/s |",
+    ):
+        assert f"{start} **required** but not under `none`, `record`, `noise` |" in text
+
+
 # Schema and loader.
 
 

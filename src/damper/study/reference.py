@@ -25,7 +25,7 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from damper.observers import writable
-from damper.parameters.forcing import FORCINGS
+from damper.parameters.forcing import FORCINGS, left_out
 from damper.parameters.quantities import INITIAL_QUANTITIES, QUANTITIES, SI_QUANTITIES, Quantity
 from damper.parameters.variables import OWN_DIMENSIONS, SI_UNITS, STATUS, STATUS_MEANINGS, Variable
 from damper.study.estimate import MOST_SLICES
@@ -208,12 +208,21 @@ def _quantities() -> Iterable[str]:
 
 
 def _quantity(quantity: Quantity) -> tuple[str, ...]:
-    default = "**required**" if quantity.default is None else _as_code(quantity.default)
+    default = _required(quantity) if quantity.default is None else _as_code(quantity.default)
     # The parameters of an SI study have a table of their own; initial quantities have not.
     both = quantity in INITIAL_QUANTITIES
     units = _units(quantity.units) if both else quantity.units.removeprefix("1")
     meaning = f"{quantity.long_name}; {quantity.definition}".removesuffix("; ")
     return f"`{quantity.name}`", quantity.symbol, units, default, quantity.limits, meaning
+
+
+def _required(quantity: Quantity) -> str:
+    """That a quantity has to be given, and where not."""
+    si = quantity in SI_QUANTITIES
+    without = [k for k, of in FORCINGS.items() if quantity.name in left_out(of.__new__(of), si)]
+    names = ", ".join(f"`{name}`" for name in filter(None, [quantity.unless, *without]))
+    words = "without" if quantity.unless else "but not under"
+    return f"**required**{f' {words} {names}' if names else ''}"
 
 
 def _forces() -> Iterable[str]:
