@@ -7,7 +7,7 @@ move with it, ``|y - x| <= clearance``. The ranges are those for which results a
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import KW_ONLY, replace
+from dataclasses import KW_ONLY
 from functools import cached_property
 from importlib import import_module
 from typing import Any
@@ -407,7 +407,7 @@ class Parameters(QuantityClass):
                 for factor, name in _FACTORS.items():
                     values[name] *= values[factor]
                     values[factor] = 1.0
-                made.append(replace(self, masses=None, **values))
+                made.append(self.having(masses=None, **values))
             except ValueError as error:
                 raise ValueError(f"mass {k}: {error}") from None
         return tuple(made)

@@ -6,7 +6,6 @@
 
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any, TypeVar
 
@@ -79,7 +78,7 @@ def with_values(parameters: Damper, values: Mapping[str, float]) -> Damper:
         changed |= tables_over({**vars(parameters), **changed}, slower)
     if of_force:
         changed["forcing"] = forcing.having(of_force)
-    return replace(parameters, **changed)
+    return parameters.having(**changed)
 
 
 def rates_of(parameters: Parameters | SIParameters, name: str) -> dict[str, float]:
