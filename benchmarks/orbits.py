@@ -8,6 +8,7 @@ observer `lyapunov` and with `impacts`, and what 100 000 points would take by th
 a test: machines differ and are shared.
 """
 
+import math
 import time
 from dataclasses import replace
 
@@ -21,7 +22,7 @@ from damper.verification.timing import machine, machine_text
 TWO_IMPACTS = damper.Parameters(0.1, 0.1, 1.0, 5.0, 0.5)
 CHATTER = damper.Parameters(0.1, 0.02, 1.3, 0.05, 0.3)
 COMPLIANT = replace(TWO_IMPACTS, contact_stiffness_ratio=1e4)
-STOP = damper.Parameters(1e15, 0.0, 2.8, 10.0, 0.8)
+STOP = damper.Parameters(math.inf, 0.0, 2.8, 10.0, 0.8)
 #: What it is, where it starts, along what.
 BRANCHES = (
     ("two impacts a period", TWO_IMPACTS, orbits(TWO_IMPACTS)[0].start, "clearance", 2.0, 9.5),

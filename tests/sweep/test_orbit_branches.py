@@ -403,6 +403,15 @@ def test_border_of_complete_chatter_of_a_small_mass(other: dict[str, tuple[float
         assert orbit.parameters.restitution == pytest.approx(known, abs=1e-6)
 
 
+def test_a_branch_goes_on_where_nothing_damps_a_heavy_mass() -> None:
+    """Two of its multipliers are 1 all along, so that the torus's function is roundoff."""
+    p = Parameters(1e15, 0.0, 2.8, 10.0, 0.8)
+    orbit = periodic_orbit(p, state=State(-0.28, -0.57, -10.0, 0.0))
+    branch = continue_orbit(orbit, "clearance", 8.0, 10.5, step=0.1, max_orbits=15)
+    assert (branch.values.min(), branch.values.max()) == (8.0, 10.5)
+    assert not branch.special_points
+
+
 def test_a_curve_ends_at_the_edge_of_its_ranges(oscillator: Branch) -> None:
     (grazing,) = points(oscillator, "grazing")
     ranges = {"clearance": (9.0, 10.5), "frequency_ratio": (2.8, 2.81)}

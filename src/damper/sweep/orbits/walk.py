@@ -27,6 +27,9 @@ _SAME = 1e-7
 _BEYOND = 1e-8
 #: Largest change of a symmetric motion over half a period.
 _SYMMETRIC = 1e-8
+#: Values of a function of special points that are roundoff: it is zero all along the branch, as the
+#: torus's is where nothing damps a free mass that meets no wall.
+_NOISE = 1e-12
 #: Bound for a symmetric motion at which another branch ends.
 _NEARLY = 1e-5
 
@@ -185,7 +188,8 @@ class Walk:
         # In a small step a function jumps over zero, as where a compliant wall is touched.
         far = np.linalg.norm(b.at - a.at) > _CLOSE
         for kind in KINDS[:4]:
-            if a.tests[kind] * b.tests[kind] < 0.0:
+            ends = a.tests[kind], b.tests[kind]
+            if ends[0] * ends[1] < 0.0 and max(map(abs, ends)) > _NOISE:
                 point = root(a, b, lambda point, kind=kind: point.tests[kind])  # type: ignore[misc]
                 if point:
                     points.append((kind, point))
