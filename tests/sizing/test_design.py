@@ -194,6 +194,9 @@ def test_a_record_is_the_case(tmp_path: Path) -> None:
     assert math.isclose(found.without, alone, rel_tol=1e-4)
     assert math.isclose(_without(displaced, [])[0], abs(x).max(), rel_tol=1e-4)
     found.save(tmp_path)
+    studies = [path.read_text() for path in (tmp_path / "studies").glob("*.yaml")]
+    assert len(studies) > 4
+    assert not any("forcing_frequency" in text for text in studies)  # nothing has one
     cube = cube_of(load_study(tmp_path / "studies/worst_case.yaml"))[counts]
     worst = float(cube_of(load_study(tmp_path / "studies/worst.yaml"))[counts])
     assert math.isclose(found.worst, worst, rel_tol=1e-12)

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.parameters.lazy import pd
+from damper.parameters.named import completed
 from damper.sizing.machine import MASS_RATIOS
 from damper.sizing.study import Case, Chain, Sizes, WorstCase, rounded
 from damper.sweep.progress import Progress
@@ -198,7 +199,7 @@ class Search:
         values, own = arrays[m.measured[0]].reshape(-1) * m.size, judge.sizes(damper)
         table = {
             "value": np.where(np.isnan(values), np.inf, values),
-            "frequency": [point["forcing_frequency"] / math.tau for point in points],
+            "frequency": [point.get("forcing_frequency", math.tau) / math.tau for point in points],
             "built": [own.items() <= point.items() for point in points],
         }
         # Lengths of free motion are over half of the gap, which its tolerance changes.
@@ -298,15 +299,15 @@ def measure(judge: WorstCase, chains: Iterable[Chain]) -> np.ndarray:
 
 def _run(judge: WorstCase, chains: Sequence[Chain], observers: Any) -> dict[str, np.ndarray]:
     """Run chains, each point from the end of the one before, and return what is observed."""
-    points = [point for chain in chains for point in chain]
+    m = judge.machine
+    force = {"forcing": m.record if m.is_recorded else m.force[0]}
+    points = [completed(point | force) for chain in chains for point in chain]
     before: list[int] = []
     for chain in chains:
         before += [-1, *range(len(before), len(before) + len(chain) - 1)]
-    m = judge.machine
     return run_points(
         points,
         observers,
-        forcing=m.record if m.is_recorded else m.force[0],
         predecessor=before,
         workers=None,
         **judge.run,

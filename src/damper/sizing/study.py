@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.parameters import Parameters
+from damper.parameters.named import completed
 from damper.sizing.machine import Machine
 from damper.sweep.grid import product
 from damper.sweep.runs import run_points
@@ -42,6 +43,8 @@ _COARSE = 64
 _PLACES, _SIZES = [-1.0, -0.5, 0.0, 0.5, 1.0], [0.5, 1.0, 2.0]
 #: Cycles of the machine's own in which a peak after a record is looked for.
 _AFTER = 2.0
+#: Samples of a time history in a cycle of the machine's own.
+_SAMPLES = 40
 #: A gap over the displacement that no free mass crosses.
 _NO_WALLS = 1e9
 #: How far the gap of a decay may be above the closed form's: numbers of four digits are rounded.
@@ -119,8 +122,8 @@ class WorstCase:
     @cached_property
     def alone(self) -> float:
         """Largest displacement in m under a record without a damper."""
-        points = [self.without()["parameters"]]
-        arrays, _ = run_points(points, {"response": {}}, forcing=self.machine.record, **self.run)
+        point = completed(self.without()["parameters"] | {"forcing": self.machine.record})
+        arrays, _ = run_points([point], {"response": {}}, **self.run)
         return float(arrays["peak_displacement"][0]) * self.machine.length
 
     @property
@@ -264,8 +267,8 @@ class WorstCase:
             start, rate = m.initial_displacement, m.rate
             own = {"forcing_frequency": rate, "initial_displacement": start}
             return m.primary | own | {_SPEED: rounded(_STIRRED * rate * start)}
-        if m.is_recorded:  # its cycle is the clock
-            return m.primary | {"forcing_frequency": m.rate}
+        if m.is_recorded:  # it has no frequency: a cycle is a second
+            return m.primary
         return m.primary | {_SPEED: rounded(_STIRRED * m.rate * self.least)}
 
     @cached_property
@@ -452,7 +455,8 @@ class WorstCase:
 
     def history(self, damper: Sizes) -> dict[str, Any]:
         """The study of the motion under a record of the damper as built, and without it."""
-        sampled = {"samples_per_period": 40, "events": 0, "without_damper": True}
+        samples = math.ceil(_SAMPLES * self.machine.rate / math.tau)
+        sampled = {"samples_per_period": samples, "events": 0, "without_damper": True}
         fixed = self.fixed | self.sizes(damper)
         return self._study("time history", {}, fixed, {"trajectory": sampled})
 
