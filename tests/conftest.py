@@ -25,7 +25,7 @@ FIRST = (
 )
 #: Tests of these rooms and files run plain Python, with all of their fixtures: to compile takes
 #: longer than short runs, and the bytes are the same (tests/engine/test_compiled.py). A test of
-#: long runs is marked `compiled`.
+#: long runs is marked `compiled`; those that are `exhaustive` are all long.
 PLAIN = (
     "src/damper/identification/",
     *("tests/analysis/", "tests/engine/", "tests/figures/", "tests/identification/"),
@@ -55,7 +55,8 @@ class PlainRooms:
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
         before = compiled._plain
-        if item.nodeid.startswith(PLAIN) and not item.get_closest_marker("compiled"):
+        long = any(map(item.get_closest_marker, ("compiled", "exhaustive")))
+        if item.nodeid.startswith(PLAIN) and not long:
             compiled._plain = SimpleNamespace(running=True)
         try:
             return (yield)
