@@ -197,6 +197,11 @@ def test_special_points_are_marked_where_a_multiplier_is_1() -> None:
     assert breaking == pytest.approx([4.616152418, 1.0], abs=1e-6)
     assert not [line for line in sizes.lines if line.get_marker() == "x"]
     assert [line for line in motion.lines if line.get_marker() == "^"]
+    about, _ = drawn("bifurcation", cube, branches, **settings, about_orbits=True).axes
+    stable = branches.displacement.values[branches.stable.values == 1]
+    (low, high), room = about.get_ylim(), 0.31 * np.ptp(stable)
+    assert stable.min() - room < low < stable.min()
+    assert stable.max() < high < stable.max() + room
 
 
 # --- cost

@@ -113,6 +113,13 @@ class Bifurcation(products.FigureSettings):
         bool,
         Field(description="Whether to draw the study's orbits over it, with their special points."),
     ] = False
+    about_orbits: Annotated[
+        bool,
+        Field(
+            description="Whether displacement and velocity are shown about those of the stable "
+            "orbits, where chaos reaches several times as far; with orbits."
+        ),
+    ] = False
     interactive: products.Interactive = False
     caption: products.Caption = None
 
@@ -154,6 +161,9 @@ class Bifurcation(products.FigureSettings):
         if _MULTIPLIER in self.variables and not self.orbits:
             message = "'multiplier' is of the study's orbits, which are not drawn"
             mistakes.add(("variables",), message, "orbits: true")
+        if self.about_orbits and not self.orbits:
+            message = "no orbits are drawn, about which to show the motion"
+            mistakes.add(("about_orbits",), message, "orbits: true")
         if self.theory == "ball_on_table" and "approach_speed" not in self.variables:
             message = "the motions of a ball on a table have a place over its approach speeds"
             mistakes.add(("variables",), message, "[approach_speed]")
@@ -180,14 +190,18 @@ def draw(results: Mapping[str, Any], settings: Bifurcation) -> Figure:
             _points(ax, panel, settings.along, name)
         _mark_chatter(row, panel, settings.along)
         _title(row, text, panel, settings)
-        over = Panels(dict(zip(variables, row, strict=True)), (settings.along,), panel, results)
+        shown = dict(zip(variables, row, strict=True))
+        over = Panels(shown, (settings.along,), panel, results, settings.about_orbits)
         handles += draw_overlays(over, settings.theory, settings.orbits)
         for ax, name in zip(row, variables, strict=True):
             ax.set_ylabel(_ordinate(place, name))
     for ax in axes[-1]:
         ax.set_xlabel(layout.place_label(place, settings.along, 0.8 * width / len(variables)))
     figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
-    return panels.finish(figure, place, settings.caption, handles, _remarks(place, variables))
+    remarks = _remarks(place, variables)
+    if settings.about_orbits:
+        remarks.append("about stable motions")
+    return panels.finish(figure, place, settings.caption, handles, remarks)
 
 
 def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:

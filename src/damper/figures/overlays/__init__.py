@@ -22,6 +22,8 @@ class Panels(NamedTuple):
     """The part that is shown: scalar coordinates, and the axes `over`."""
     results: Mapping[str, Any]
     """Everything that the figure reads."""
+    about_orbits: bool = False
+    """Whether displacement and velocity are to be shown about those of the stable orbits."""
 
 
 def overlay_modules(theory: str | None = None, orbits: bool = False) -> list[str]:

@@ -21,7 +21,7 @@ _CURVE: dict[str, Any] = {"color": GREEN, "alpha": 0.6, "lw": 3.4, "zorder": 1.5
 
 def overlay(panels: Panels) -> list[Artist]:
     """Draw the approach speed of each stable motion of the ball with one impact in n periods."""
-    axes, (along,), panel, _ = panels
+    axes, (along,), panel, *_ = panels
     values = dense(panel[along].values, _BETWEEN, _MOST)
     dampers = [damper_at(panel, **{along: value}) for value in values]
     for n in count(1):

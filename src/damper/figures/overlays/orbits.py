@@ -20,6 +20,8 @@ _LINES: dict[bool, dict[str, Any]] = {
 }
 #: A step is a jump if it is so many times as high as those beside it, and such a part of the line.
 _JUMP, _LEAST_JUMP = 5.0, 0.02
+#: Room beside the stable motions, over their range.
+_MARGIN = 0.3
 #: Curves of special points, and the rim by which they are seen on every colour.
 _CURVE: dict[str, Any] = {"color": GREEN, "lw": 1.2}
 #: Kind of special point -> its marker.
@@ -43,10 +45,10 @@ def overlay(panels: Panels) -> list[Artist]:
 
 def _branches(panels: Panels) -> list[Artist]:
     """Draw branches over `displacement`, `velocity` and `multiplier`, with their special points."""
-
-    axes, (along,), panel, results = panels
+    axes, (along,), panel, results, about_orbits = panels
     branches = results["orbits"]
     drawn: dict[str, Artist] = {}
+    stable_values: dict[str, list[np.ndarray]] = {name: [] for name in axes}
     for k in np.flatnonzero(branches.along.values == along):
         if not _there(branches.isel(branch=k), panel, along):
             continue
@@ -66,6 +68,7 @@ def _branches(panels: Panels) -> list[Artist]:
                             *(np.insert(a, places, np.nan) for a in (part.value.values, column)),
                             **style,
                         )
+                        stable_values[name] += [column] * stable
                 text = "periodic motion, " + ("stable" if stable else "unstable")
                 drawn[text] = legend_line(text, **style)
             for kind, marker in _MARKERS.items():
@@ -79,6 +82,12 @@ def _branches(panels: Panels) -> list[Artist]:
                     ax.plot(x, values.ravel(), zorder=4.0, **style)
                     drawn[kind] = legend_line(kind, **style)
             ax.set(xlim=limits[0], ylim=limits[1])
+    for name in axes.keys() - {_SIZES} if about_orbits else ():
+        if stable_values[name]:
+            every = np.concatenate(stable_values[name])
+            low, high = np.nanmin(every), np.nanmax(every)
+            margin = _MARGIN * (high - low) or _MARGIN * max(abs(high), 1.0)
+            axes[name].set_ylim(low - margin, high + margin)
     return list(drawn.values())
 
 

@@ -38,7 +38,7 @@ _LEAST: dict[str, Any] = {
 
 def overlay(panels: Panels) -> list[Artist]:
     """Draw both closed-form motions over `displacement`, `velocity` and `peak_displacement`."""
-    axes, (along,), panel, _ = panels
+    axes, (along,), panel, *_ = panels
     observers = observers_of(panel)
     section = {name: observers[name] for name in SECTIONS if name in observers}
     grid = panel[along].values
