@@ -23,6 +23,7 @@ from damper.figures.common.style import (
     label,
 )
 from damper.parameters.lazy import Artist, Axes, Figure, xr
+from damper.parameters.names import counted
 from damper.parameters.units import units_of
 from damper.parameters.variables import SI_UNITS, TIME
 from damper.study import products
@@ -220,8 +221,8 @@ def _shade(
 def _dimensions(ax: Axes, burst: Burst) -> None:
     """Write onset, duration and sticking of the burst above the panel, all from the window."""
     wall = "right" if burst.wall > 0 else "left"
-    plural = "" if burst.visible == 1 else "s"
-    first = f"onset $t$ = {burst.onset:.3f}, {wall} wall, {burst.visible} visible impact{plural}"
+    visible = counted(burst.visible, "visible impact")
+    first = f"onset $t$ = {burst.onset:.3f}, {wall} wall, {visible}"
     kind = "complete " if burst.complete else "incomplete "
     kind += "chatter" if burst.chatter else "burst, no chatter"
     kind += "" if burst.complete else "; no sticking follows"

@@ -14,6 +14,7 @@ from damper.figures.common.layout import section_text, select
 from damper.figures.common.panels import finish, note_empty_panel, panel_grid, parts, title
 from damper.figures.common.style import PRIMARY, RELATIVE, VARIABLE_SYMBOLS, label
 from damper.parameters.lazy import Axes, Figure, xr
+from damper.parameters.names import counted
 from damper.parameters.units import units_of
 from damper.study.fields import Text
 from damper.study.products import MOST_COLUMNS, At, Caption, Each, FigureSettings, Role
@@ -120,7 +121,7 @@ def _section(ax: Axes, run: xr.Dataset, text: str) -> None:
     # A single point is seen, and thousands do not make one.
     size = 6.0 if few else float(np.clip(_INK / np.sqrt(len(points)), 2.2, 6.0))
     ax.plot(*points.T, ".", ms=size, mew=0.0, color=PRIMARY, rasterized=True)
-    found = f"{period} point{'s' if period > 1 else ''}" if period else "no period found"
+    found = counted(period, "point") if period else "no period found"
     title(ax, f"{text}Poincaré map, {found} ({len(points)} taken)")
 
 

@@ -16,6 +16,7 @@ from damper.figures import draw
 from damper.notebook.shown import shown_in_notebooks
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.lazy import Figure, pd, xr
+from damper.parameters.names import counted
 from damper.parameters.quantity import real, whole
 from damper.parameters.run import RunSettings
 from damper.parameters.structural import StructureParameters
@@ -54,7 +55,7 @@ class Run:
         impacts, sticks = ((found["kind"] == kind).sum() for kind in (IMPACT, STICK))
         return (
             f"<Run of {self.parameters}\n from time {stretch[0]:.6g} to {stretch[-1]:.6g}: "
-            f"{impacts} impacts, {sticks} start{'' if sticks == 1 else 's'} of sticking>"
+            f"{counted(impacts, 'impact')}, {counted(sticks, 'start')} of sticking>"
         )
 
     @cached_property

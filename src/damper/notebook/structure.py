@@ -12,7 +12,7 @@ import numpy as np
 from damper.notebook.shown import shown_in_notebooks
 from damper.parameters import State
 from damper.parameters.lazy import Figure, xr
-from damper.parameters.names import unknown_name
+from damper.parameters.names import counted, unknown_name
 from damper.parameters.structural import StructureParameters
 from damper.sweep.events import IMPACT, STICK, EventTable
 from damper.sweep.started import start as started
@@ -51,8 +51,8 @@ class StructureRun:
         width = max(map(len, (*self.parameters.structure.points, "point")))
         lines = [
             f"<Run on {self.parameters.structure}",
-            f" from time {self._begun:.6g} to {self._run.time:.6g}: {_plural(impacts, 'impact')}, "
-            f"{_plural(sticks, 'start')} of sticking>",
+            f" from time {self._begun:.6g} to {self._run.time:.6g}: {counted(impacts, 'impact')}, "
+            f"{counted(sticks, 'start')} of sticking>",
             f"{'point':>{width}} {'peak':>11} {'rms':>11} {'amplitude':>11}",
         ]
         for name in found.point.values:
@@ -114,10 +114,6 @@ class StructureRun:
         if motion.sizes["time"] < 2:
             raise ValueError(f"start = {start!r}, stop = {stop!r}: the run has no such stretch")
         return _drawn(self.parameters, motion, [*(points or names)])
-
-
-def _plural(count: int, what: str) -> str:
-    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def _drawn(p: StructureParameters, motion: xr.Dataset, names: Sequence[str]) -> Figure:

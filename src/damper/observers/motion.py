@@ -16,6 +16,7 @@ from damper.models.flights import travel_of
 from damper.observers.common.base import Observer, Window, record_type, since
 from damper.observers.common.sections import write_sample
 from damper.observers.common.settings import BODIES, Setting
+from damper.parameters.names import counted
 from damper.parameters.variables import Variable
 
 #: Counts on each wall: impacts outside complete chatter, complete chatter sequences, and runs of
@@ -147,7 +148,7 @@ def in_words(found: Mapping[str, int]) -> str:
     if any(left != right for left, right in counts.values()):
         words += [f"{noun}s {a:g} left, {b:g} right" for noun, (a, b) in counts.items()]
         return ", ".join(words)
-    each = (f"{n:g} {noun}{'s' if n > 1 else ''}" for noun, (n, _) in counts.items())
+    each = (counted(int(n), noun) for noun, (n, _) in counts.items())
     words.append(f"{' and '.join(each)} on each wall")
     sides = {0: "symmetric", -1: "more to the left", 1: "more to the right"}
     if found["motion_side"] in sides:

@@ -30,6 +30,7 @@ from damper.papers.base import (
 )
 from damper.papers.ranges import Range, chatter_ranges, ends
 from damper.parameters.lazy import xr
+from damper.parameters.names import counted
 from damper.parameters.variables import CHATTER_IMPACTS, Chatter
 
 Cubes = Mapping[str, "xr.Dataset"]
@@ -168,7 +169,7 @@ def _judge_b5(cubes: Cubes) -> Verdict:
     for place in points.transpose(..., "restitution").values.reshape(-1, restitutions.size):
         listed.append(
             ", ".join(
-                f"{r:g} ({n} point{'s' if n > 1 else ''} on the section)"
+                f"{r:g} ({counted(n, 'point')} on the section)"
                 for r, n in zip(restitutions, place, strict=True)
             )
         )

@@ -53,6 +53,18 @@ def split(name: object, names: Sequence[str] = OF_ANY_MASS) -> tuple[str, int] |
     return (common, int(number)) if is_number and common in names else None
 
 
+def counted(count: int, noun: str) -> str:
+    """Return a number of things in words.
+
+    Examples
+    --------
+    >>> counted(1, "impact"), counted(0, "impact"), counted(2, "mass")
+    ('1 impact', '0 impacts', '2 masses')
+    """
+    ending = "" if count == 1 else "es" if noun.endswith("s") else "s"
+    return f"{count} {noun}{ending}"
+
+
 def nearest(name: str, names: Iterable[str]) -> str:
     """Return the one of `names` that `name` was probably meant to be, or nothing.
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass, fields
 from typing import Any
 
+from damper.parameters.names import counted
 from damper.parameters.quantity import Quantity, finite
 from damper.parameters.units import LENGTH, NO_UNITS, SPEED, Units
 
@@ -56,10 +57,9 @@ class State:
         for name, value in (("y", self.y), ("u", self.u)):
             values = list(value) if isinstance(value, tuple) else [value] * count
             if len(values) != count:
-                masses = "mass" if count == 1 else "masses"
                 raise ValueError(
-                    f"state: {name} has {len(values)} values for {count} free {masses}: must be "
-                    "one number, or one for each"
+                    f"state: {name} has {len(values)} values for {counted(count, 'free mass')}: "
+                    "must be one number, or one for each"
                 )
             found.append(values)
         return found[0], found[1]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from damper.parameters.names import unknown_name
+from damper.parameters.names import counted, unknown_name
 from damper.parameters.quantity import Quantity, finite, in_range
 
 #: Largest difference of two mirrored entries, over the largest entry, that counts as rounding.
@@ -211,7 +211,7 @@ class Structure:
     def __repr__(self) -> str:
         low, high = self.frequencies[0], self.frequencies[-1]
         what = "coordinate" if self._modes is None else "mode"
-        size = f"{len(self)} {what}{'' if len(self) == 1 else 's'}"
+        size = counted(len(self), what)
         rates = f"{low:.4g} Hz" if len(self) == 1 else f"{low:.4g} to {high:.4g} Hz"
         words = [f"<{size}, {rates}>", f"boxes={list(self.boxes)}"]
         words += [name for name in (FORCE, BASE) if getattr(self, name) is not None]

@@ -12,7 +12,7 @@ from damper.engine.loop import FINISHED
 from damper.engine.trajectory import DEFAULT_ACCURACY, DEFAULT_MAX_EVENTS
 from damper.models import check_state, start_run
 from damper.parameters import NO_UNITS, Parameters, SIParameters, State
-from damper.parameters.names import unknown_name
+from damper.parameters.names import counted, unknown_name
 from damper.parameters.quantity import real
 from damper.parameters.run import EngineSettings, settings_text
 from damper.parameters.structural import StructureParameters
@@ -75,7 +75,7 @@ class EventTable(np.ndarray):
             lines.insert(_FEW, f"{'...':>12}")
         head = f"{'time':>12} {'kind':>8} {'side':>5} {'approach_speed':>15} {'x':>12} {'v':>12}"
         head += f" {'body':>5}" if several else ""
-        return "\n".join([f"<{count} event{'' if count == 1 else 's'}>", head, *lines])
+        return "\n".join([f"<{counted(count, 'event')}>", head, *lines])
 
     __str__ = __repr__
 

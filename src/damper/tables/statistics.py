@@ -8,6 +8,7 @@ from typing import Any
 from damper.analysis.places import places
 from damper.analysis.statistics import means_under_noise
 from damper.parameters.lazy import pd
+from damper.parameters.names import counted
 from damper.study.products import OfNoise
 from damper.tables import Table, number, place_cells, with_units
 
@@ -35,7 +36,7 @@ def make(results: Mapping[str, Any], settings: StatisticsTable) -> Table:
         )
     draws = cube.sizes.get("draw", 1)
     text = (
-        f"Means over {draws} draw{'s' * (draws > 1)}, and their confidence limits. White noise: "
+        f"Means over {counted(draws, 'draw')}, and their confidence limits. White noise: "
         "the closed form for white noise as dense as the noise is at the primary's frequency. In "
         "band: less the part of the power that is missing above the band, to first order. It holds "
         "where the limits reach what lies between both. The CSV has the other means, too."
