@@ -26,7 +26,7 @@ def test_listed_masses_are_not_taken_for_one(own: dict[str, float]) -> None:
 
 # --- two impacts per period
 
-SECTION = {"stroboscopic_section": {"at": 0.25, "free_mass": False}}
+SECTION = {"stroboscopic_section": {"when": 0.25, "free_mass": False}}
 
 
 @pytest.fixture(scope="module")

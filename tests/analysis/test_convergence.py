@@ -23,7 +23,7 @@ def cube() -> xr.Dataset:
         transient=0,
         periods=1,
         observers={
-            "stroboscopic_section": {"at": 0.75},
+            "stroboscopic_section": {"when": 0.75},
             "impacts": None,
             "bursts": {"threshold": 0.05, "records": 2},
         },
@@ -42,7 +42,7 @@ def test_rigid_values_are_those_of_the_rigid_damper(cube: xr.Dataset) -> None:
     rigid = events(Parameters(**POINT), until=31.4)
     impacts = rigid[rigid["kind"] == 0]
     one = simulate(
-        **POINT, transient=0, periods=1, observers={"stroboscopic_section": {"at": 0.75}}
+        **POINT, transient=0, periods=1, observers={"stroboscopic_section": {"when": 0.75}}
     )
     assert found.groupby("variable")["rigid_value"].unique().str[0].to_dict() == {
         "burst_onset": impacts["time"][0],

@@ -123,7 +123,7 @@ def test_motions_are_marked_once_per_cycle() -> None:
     marks = {str(mark.get_mfc()): sorted(mark.get_xydata().tolist()) for mark in ax.lines}
     assert sorted(marks.values()) == [[], [[-0.5, 0.75], [0.5, 0.75]], [[0.5, 0.75]]]
     assert "motions once per cycle, projected" in legend_texts(ax.figure)
-    cube.attrs["observers"] = json.dumps({"stroboscopic_section": {"at": 0.5}})
+    cube.attrs["observers"] = json.dumps({"stroboscopic_section": {"when": 0.5}})
     assert not drawn("map", cube, **look).axes[0].lines
 
 

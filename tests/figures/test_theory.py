@@ -77,7 +77,7 @@ def cube() -> xr.Dataset:
         restitution=0.6,
         transient=150,
         periods=10,
-        observers={"stroboscopic_section": {"at": 0.25}, "impacts": {}},
+        observers={"stroboscopic_section": {"when": 0.25}, "impacts": {}},
     )
 
 

@@ -243,6 +243,9 @@ def test_an_attribute_that_a_cube_has_lost_is_named(cube: xr.Dataset, name: str)
             recorded(damaged)
     with pytest.raises(ValueError, match="its attribute 'forcing' is"):
         recorded(cube.assign_attrs(forcing='{"kind": "forse"}'))
+    older = '{"stroboscopic_section": {"at": 0.5}}'  # its `when`, in an earlier version
+    with pytest.raises(ValueError, match="its attribute 'observers' is"):
+        recorded(cube.assign_attrs(observers=older))
 
 
 @pytest.mark.parametrize(

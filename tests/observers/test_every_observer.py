@@ -16,7 +16,7 @@ from damper.sweep.runs import run_points
 
 #: Settings with which observers write all that they can.
 SETTINGS: dict[str, dict[str, Any]] = {
-    "stroboscopic_section": {"free_mass": True, "at": 0.3},
+    "stroboscopic_section": {"free_mass": True, "when": 0.3},
     "impact_section": {"free_mass": True},
     "impacts": {"speeds": 50},
     "bursts": {"records": 20, "compare_thresholds": [0.1, 0.01]},

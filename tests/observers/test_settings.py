@@ -11,7 +11,7 @@ from damper.observers.common.settings import Setting
 
 #: Observer, setting, values that it refuses, and what the message says.
 REFUSED = [
-    ("stroboscopic_section", "at", [1.0, math.nan, "0.5"], "a number >= 0 and < 1"),
+    ("stroboscopic_section", "when", [1.0, math.nan, "0.5"], "a number >= 0 and < 1"),
     ("impact_section", "wall", ["up"], "one of 'left', 'right'"),
     ("impact_section", "samples", [0, 1.5, True], "a whole number >= 1 and <= 100000"),
     ("impact_section", "free_mass", [1], "True or False"),

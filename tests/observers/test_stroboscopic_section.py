@@ -45,7 +45,7 @@ def integrated(run: Scene, rows: np.ndarray, time: float) -> tuple[float, float,
 
 def samples(run: Scene, at: float = 0.0) -> np.ndarray:
     """x, v, y, u at each sample."""
-    found = run.observed("stroboscopic_section", at=at, free_mass=True)
+    found = run.observed("stroboscopic_section", when=at, free_mass=True)
     names = ("displacement", "velocity", "free_displacement", "free_velocity")
     return np.column_stack([found[name] for name in names])
 

@@ -54,7 +54,7 @@ def test_samples_are_those_of_the_stroboscopic_section(
         step = round(start * 100) + k
         section, _ = run_points(
             [SCENES[name]],
-            {"stroboscopic_section": {"at": step % 100 / 100, "free_mass": True}},
+            {"stroboscopic_section": {"when": step % 100 / 100, "free_mass": True}},
             **run,
         )
         for column in COLUMN_NAMES[1:]:

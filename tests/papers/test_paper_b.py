@@ -45,7 +45,7 @@ def test_values_are_those_of_the_restitution_study(other: Study) -> None:
     for name, values in other.axis_values.items():
         assert set(values) <= set(grid[name]), name
     assert other.transient == RESTITUTION.transient
-    kept = {"stroboscopic_section": ("at",), "bursts": ("threshold",)}
+    kept = {"stroboscopic_section": ("when",), "bursts": ("threshold",)}
     for name, keys in kept.items():
         if name in other.observers:
             for key in keys:

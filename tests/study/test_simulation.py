@@ -37,7 +37,7 @@ def test_sequences_become_dimensions_in_the_order_of_the_parameters() -> None:
 def test_same_numbers_as_single_runs() -> None:
     axes = {"mass_ratio": [0.05, 0.3], "clearance": [0.02, 0.4, 9.0], "restitution": [0.0, 0.7]}
     observers: dict[str, Any] = {
-        "stroboscopic_section": {"free_mass": True, "at": 0.1},
+        "stroboscopic_section": {"free_mass": True, "when": 0.1},
         "impacts": None,
         "bursts": {"records": 3, "compare_thresholds": [0.1, 0.01]},
     }

@@ -29,7 +29,7 @@ SCENE: dict[str, float] = {
 }
 RUN: dict[str, Any] = {"transient": 3, "periods": 4}
 LENGTH = 7
-SEEN: dict[str, Any] = {"stroboscopic_section": {"at": 0.2, "free_mass": True}, "impacts": {}}
+SEEN: dict[str, Any] = {"stroboscopic_section": {"when": 0.2, "free_mass": True}, "impacts": {}}
 #: Values in no order, of each parameter that can be followed.
 AXES = {
     "mass_ratio": [0.15, 0.05, 0.1],

@@ -35,7 +35,7 @@ SECTIONS = ("stroboscopic_section", "impact_section")
 #: All that go together: every pair is among those.
 SUBSETS = [tuple(name for name in OBSERVERS if name != section) for section in SECTIONS]
 SETTINGS: dict[str, dict[str, Any]] = {name: {} for name in OBSERVERS} | {
-    "stroboscopic_section": {"at": 0.3, "free_mass": True},
+    "stroboscopic_section": {"when": 0.3, "free_mass": True},
     "impact_section": {"samples": 30, "free_mass": True},
     "impacts": {"threshold": 0.01},
     "bursts": {"compare_thresholds": [0.1], "records": 5},

@@ -39,7 +39,7 @@ RATIOS = {
     "phase": 0.3,
 }
 EVERYTHING: dict[str, Any] = {
-    "stroboscopic_section": {"free_mass": True, "at": 0.1},
+    "stroboscopic_section": {"free_mass": True, "when": 0.1},
     "impacts": {"threshold": {"speed": 0.1}, "speeds": 9},
     "bursts": {"threshold": {"speed": 0.1}, "records": 4},
 }

@@ -29,7 +29,7 @@ RUN: dict[str, Any] = {
     "accuracy": 1e-12,
     "max_events": 1_000_000,
     "observers": {
-        "stroboscopic_section": {"at": 0.25},
+        "stroboscopic_section": {"when": 0.25},
         "impacts": {"threshold": {"speed": 0.1}},
         "bursts": {"compare_thresholds": [0.1, 0.01], "records": 2},
     },

@@ -14,7 +14,7 @@ GOOD: dict[str, Any] = {
     "axes": {"clearance": {"values": [1, 2, 3]}, "restitution": {"values": [0.3, 0.6]}},
     "transient": 10,
     "periods": 10,
-    "observers": {"stroboscopic_section": {"at": 0.5}, "bursts": None, "impacts": None},
+    "observers": {"stroboscopic_section": {"when": 0.5}, "bursts": None, "impacts": None},
 }
 MAP = {"kind": "map", "x": "clearance", "y": "restitution", "theory": "small_mass_limit"}
 LINE = {"kind": "bifurcation", "along": "clearance", "rows": "restitution"}

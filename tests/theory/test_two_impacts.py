@@ -157,7 +157,7 @@ def test_section_is_the_observers(p: damper.Parameters, section: str, at: float 
     begun = orbit.start.time / p.cycle
     for wall in ("right", "left") if at is None else (None,):
         values = {name: getattr(p, name) for name in damper.Parameters.__dataclass_fields__}
-        observer: dict[str, Any] = {section: {"wall": wall} if wall else {"at": at}}
+        observer: dict[str, Any] = {section: {"wall": wall} if wall else {"when": at}}
         arrays, _ = run_points([values], observer, transient=0, periods=2, state=orbit.start)
         expected = orbit.after_impact(wall) if wall else orbit.stroboscopic(begun + at)
         samples = np.array([arrays["displacement"][0, 0], arrays["velocity"][0, 0]])

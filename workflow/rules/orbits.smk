@@ -15,7 +15,7 @@ def orbits_settings(study):
         "axes": study.axis_values,
         "forcing": study.forcing_settings.get("forcing"),
         **study.beside,
-        "at": study.observer_settings().get("stroboscopic_section", {}).get("at", 0.0),
+        "when": study.observer_settings().get("stroboscopic_section", {}).get("when", 0.0),
         "code": digest("orbits.py", *simulation_modules(study)),
     }
 

@@ -17,7 +17,7 @@ branches = follow_orbits(
     job["orbits"],
     job["fixed"],
     job["axes"],
-    job["at"],
+    job["when"],
     job["forcing"],
     job.get("masses", 0),
     job.get("tables"),

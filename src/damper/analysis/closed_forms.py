@@ -70,7 +70,7 @@ def admissible_orbits(
 def section_point(orbit: Orbit, section: Mapping[str, Mapping[str, Any]]) -> tuple[float, float]:
     """Displacement and velocity of a motion on a section, as its observer would record them."""
     if set(section) == {"stroboscopic_section"}:
-        return orbit.stroboscopic(section["stroboscopic_section"].get("at", 0.0))
+        return orbit.stroboscopic(section["stroboscopic_section"].get("when", 0.0))
     if set(section) == {"impact_section"}:
         return orbit.after_impact(section["impact_section"].get("wall", "right"))
     raise ValueError(

@@ -249,7 +249,7 @@ def _in_section(cube: xr.Dataset, *axes: str) -> bool:
     """Whether motions can be marked where they would start: both masses' states at that phase."""
     if "free_velocity" not in cube or not {*axes} <= _STARTS.keys():
         return False
-    return observers_of(cube).get("stroboscopic_section", {"at": 1.0}).get("at", 0.0) == 0.0
+    return observers_of(cube).get("stroboscopic_section", {"when": 1.0}).get("when", 0.0) == 0.0
 
 
 def _mark_motions(

@@ -137,8 +137,8 @@ class CubeAccessor:
         }
         section = observers_of(self._cube).get("stroboscopic_section", {})
         force = force_settings(self._cube) or None
-        at = section.get("at", 0.0)
-        return follow_orbits(entries, fixed, axes, at, force, **masses_of(self._cube))
+        when = section.get("when", 0.0)
+        return follow_orbits(entries, fixed, axes, when, force, **masses_of(self._cube))
 
     def _started(
         self, point: Mapping[str, Any]

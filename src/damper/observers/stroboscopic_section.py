@@ -15,7 +15,7 @@ class StroboscopicSection(Section):
 
     models = tuple(MODELS)
     shared = ("displacement", "velocity")
-    at = Setting(0.0, "When in each cycle to look.", "cycles", ge=0, lt=1)
+    when = Setting(0.0, "When in each cycle to look.", "cycles", ge=0, lt=1)
     last = Setting(
         0, "Of so many cycles only, the window's last ones; 0: of all.", ge=0, le=1_000_000
     )
@@ -29,7 +29,7 @@ class StroboscopicSection(Section):
         """Read the next piece of the log."""
         periods, time, length = self._window
         skipped = max(length // 1.0 - self.last, 0.0) if self.last else 0.0
-        at = Window(periods + skipped, time + self.at * self._model.cycle, 0.0)
+        at = Window(periods + skipped, time + self.when * self._model.cycle, 0.0)
         self._taken = _sample(self._model, log, at, self._samples, self._taken)
 
 

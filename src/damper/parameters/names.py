@@ -23,8 +23,9 @@ MOST_MASSES = 100
 #: In either system.
 OF_ANY_MASS = tuple(dict.fromkeys((*OF_A_MASS, *OF_A_MASS_SI)))
 
-#: Symbol, as users may type it -> name. `damper.parameters.quantities` adds each quantity.
-NAMES_BY_SYMBOL = {"v0": "initial_velocity"}
+#: Symbol, as users may type it, or name of an earlier version -> name.
+#: `damper.parameters.quantities` adds each quantity.
+NAMES_BY_SYMBOL = {"v0": "initial_velocity", "at": "when"}
 
 #: Name of an earlier version -> the setting, field or variable in its place.
 REPLACED = dict.fromkeys(

@@ -379,7 +379,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         """Return the settings of each observer as plain values, without remarks on their origin."""
         found = {name: given_settings(settings) for name, settings in self.observers.items()}
         for given in found.values():
-            if isinstance(at := given.get("at"), dict):
+            if at := given.get("at"):
                 units = dict.fromkeys(self.in_hertz, HERTZ)
                 given["at"] = {name: own_number(v, units.get(name)) for name, v in at.items()}
         return found

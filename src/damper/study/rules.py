@@ -67,10 +67,8 @@ def _check_observers(study: Study, contents: StudyContents, mistakes: Mistakes) 
 
 def _check_places(study: Study, contents: StudyContents, mistakes: Mistakes) -> None:
     """Refuse to observe runs that are not there, and to show more than those observed."""
-    places = {
-        n: at for n, o in study.observers.items() if isinstance(at := getattr(o, "at", 0), dict)
-    }
-    for name, at in places.items():
+    placed = {n: at for n, o in study.observers.items() if (at := getattr(o, "at", None))}
+    for name, at in placed.items():
         for axis, value in at.items():
             check_listed(("observers", name, "at", axis), axis, value, contents.axes, mistakes)
         written = {variable.name for variable in contents.made[name].variables}

@@ -149,11 +149,7 @@ def recorded(cube: Any, *observers: str) -> dict[str, Any]:
     return {
         # More points are not those that an observer was asked for.
         "observers": {
-            name: {
-                key: one
-                for key, one in settings[name].items()
-                if not isinstance(one, dict) or key != "at"
-            }
+            name: {key: one for key, one in settings[name].items() if key != "at"}
             for name in observers or settings
         },
         "primary": primary,
@@ -206,7 +202,10 @@ def _start(text: str) -> str:
 
 
 def _settings(text: str) -> dict[str, dict[str, Any]]:
-    return {name: dict(given) for name, given in _mapping(text).items()}
+    found = {name: dict(given) for name, given in _mapping(text).items()}
+    if "at" in found.get("stroboscopic_section", ()):
+        raise ValueError  # of an earlier version, where that was its `when`
+    return found
 
 
 def _force(text: str) -> dict[str, Any]:

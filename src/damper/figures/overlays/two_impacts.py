@@ -91,9 +91,9 @@ def _side(orbit: Orbit, section: Mapping[str, Mapping[str, Any]]) -> float:
     """Sign that changes where an impact passes the section: the velocity jumps there."""
     if "stroboscopic_section" not in section:
         return 0.0
-    at = section["stroboscopic_section"].get("at", 0.0)
+    when = section["stroboscopic_section"].get("when", 0.0)
     return math.copysign(
-        1.0, math.sin(math.tau * at + orbit.parameters.phase - orbit.forcing_phase)
+        1.0, math.sin(math.tau * when + orbit.parameters.phase - orbit.forcing_phase)
     )
 
 

@@ -85,8 +85,7 @@ class Observer:
     @property
     def place(self) -> Mapping[str, float]:
         """Values of the axes at which it observes runs; empty for all runs."""
-        own = getattr(self, "at", None)
-        return own if isinstance(own, Mapping) else {}
+        return getattr(self, "at", None) or {}
 
     def check_together(self) -> None:
         """Raise ValueError where settings, each in its range, contradict each other."""
