@@ -41,6 +41,7 @@ def test_a_value_that_few_machines_have_is_asked_about_once() -> None:
     }
     options = (f"--{name.replace('_', '-')}={value}" for name, value in given.items())
     printed = called("events-si", *options)
+    assert "UserWarning" not in printed
     assert printed.count("! gap = 20 m is unusual: 1e-06 to 0.5 m is usual. Is another unit") == 1
 
 

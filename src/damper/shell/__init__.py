@@ -40,6 +40,8 @@ def main() -> None:
     damper new my_study
     damper check my_study
     """
+    click.get_current_context().with_resource(warnings.catch_warnings())
+    warnings.showwarning = lambda text, *_: click.echo(f"! {text}", err=True)
 
 
 class _Number(click.ParamType):
@@ -111,10 +113,8 @@ def _events_command(name: str, kind: Any, unit: str, time: str, example: str) ->
     @click.option("--plot", type=click.Path(dir_okay=False), help="Draw the motion into this file.")
     def command(until: float, csv: str | None, plot: str | None, **values: Any) -> None:
         try:
-            with warnings.catch_warnings():
-                warnings.showwarning = lambda text, *_: click.echo(f"! {text}", err=True)
-                parameters = kind(**{k: v for k, v in values.items() if v not in (None, ())})
-                _show(parameters, until, csv, plot)
+            parameters = kind(**{k: v for k, v in values.items() if v not in (None, ())})
+            _show(parameters, until, csv, plot)
         except (ValueError, TypeError, OSError) as error:
             raise click.ClickException(str(error)) from None
 
