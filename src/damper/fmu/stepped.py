@@ -52,6 +52,8 @@ class SteppedMachine:
 
     Attributes
     ----------
+    state : State
+        Displacements and velocities at the communication point, in m and m/s.
     impacts : int
         Number of impacts so far.
     impulse : float
@@ -94,14 +96,10 @@ class SteppedMachine:
         # The input has this unit, so that half of the gap is the unit of length.
         self._unit = 0.5 * gap * rate**2 * (mass if drive == "force" else 1.0)
         x, place = given["initial_displacement"], 0.5 * gap * given["initial_position"]
-        self._run = start(self._free, State(x, 0.0, x + place, 0.0))
+        self.state = State(x, 0.0, x + place, 0.0)
+        self._run = start(self._free, self.state)
         self._last, self._length = value, 0.0
         self.impacts, self.impulse = 0, 0.0
-
-    @property
-    def state(self) -> State:
-        """Displacements and velocities at the communication point, in m and m/s."""
-        return self._run.state
 
     @property
     def sticking(self) -> bool:
@@ -129,6 +127,7 @@ class SteppedMachine:
         driven = replace(self._free, forcing=forcing, force_amplitude=amplitude)
         self._run = start(driven, begun)
         events = self._run.advance(begun.time + length)
+        self.state = self._run.state
         if len(events) and events["kind"][-1] == EventKind.STOPPED:
             raise RuntimeError(f"the run stopped early, at {self._run.time!r} s: too many events")
         self.impacts += int((events["kind"] == EventKind.IMPACT).sum())
