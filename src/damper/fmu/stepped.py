@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Literal
 
 from damper.engine.segment import EventKind
@@ -124,7 +123,7 @@ class SteppedMachine:
             values = [(2.0 * first - last) / self._unit, (2.0 * last - first) / self._unit]
             forcing = Record(times, values, self._drive)
         amplitude = self._unit if forcing.samples else 0.0
-        driven = replace(self._free, forcing=forcing, force_amplitude=amplitude)
+        driven = self._free.replaced(forcing=forcing, force_amplitude=amplitude)
         self._run = start(driven, begun)
         events = self._run.advance(begun.time + length)
         self.state = self._run.state

@@ -407,7 +407,7 @@ class Parameters(QuantityClass):
                 for factor, name in _FACTORS.items():
                     values[name] *= values[factor]
                     values[factor] = 1.0
-                made.append(self.having(masses=None, **values))
+                made.append(self.replaced(masses=None, **values))
             except ValueError as error:
                 raise ValueError(f"mass {k}: {error}") from None
         return tuple(made)

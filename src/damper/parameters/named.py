@@ -78,7 +78,7 @@ def with_values(parameters: Damper, values: Mapping[str, float]) -> Damper:
         changed |= tables_over({**vars(parameters), **changed}, slower)
     if of_force:
         changed["forcing"] = forcing.having(of_force)
-    return parameters.having(**changed)
+    return parameters.replaced(**changed)  # type: ignore[return-value]
 
 
 def rates_of(parameters: Parameters | SIParameters, name: str) -> dict[str, float]:

@@ -261,10 +261,10 @@ class QuantityClass:
         cls._init(made, **values)
         return made
 
-    def having(self, **changed: Any) -> Self:
+    def replaced(self, **changed: Any) -> Self:
         """Return this with some other values, checked; a fifth of the time of `replace`."""
-        own = self.__dict__
-        return self.unchecked(**{name: own[name] for name in self.__dataclass_fields__} | changed)
+        own: dict[str, Any] = {f.name: self.__dict__[f.name] for f in fields(self)}  # type: ignore[arg-type]
+        return self.unchecked(**own | changed)
 
     @classmethod
     def left_out(cls, forcing: Any) -> Mapping[str, float]:
