@@ -349,12 +349,12 @@ class Parameters(QuantityClass):
                     f"frequency {fastest:g} sqrt(K/M); must be <= {LARGEST_FREQUENCY:g} sqrt(K/M)"
                 )
         asks = options or tabled or self.masses is not None or self.restitution == math.inf
-        if asks or self.mass_ratio in _LIMITS:
+        # One value, not what follows from it: an object of more values than Python can share the
+        # names of takes four times the memory, and a sweep holds many.
+        self.__dict__["_asks"] = asks or self.mass_ratio in _LIMITS
+        if self.asks:
             check_together(self.__dict__)
             self._check_each()
-        else:
-            # Known without a look at each option: a run asks for both.
-            self.__dict__.update(model="rigid", features=("rigid",), law="constant")
 
     @classmethod
     def left_out(cls, forcing: Any) -> Mapping[str, float]:
@@ -412,7 +412,12 @@ class Parameters(QuantityClass):
                 raise ValueError(f"mass {k}: {error}") from None
         return tuple(made)
 
-    @cached_property
+    @property
+    def asks(self) -> bool:
+        """Whether these are more than numbers of one free mass between rigid walls."""
+        return bool(self.__dict__["_asks"])
+
+    @property
     def model(self) -> str:
         """The first of `features`: the cost of an impact depends on it most."""
         return self.features[0]
@@ -420,6 +425,8 @@ class Parameters(QuantityClass):
     @cached_property
     def features(self) -> tuple[str, ...]:
         """All of `damper.models` that these parameters ask for: walls, count, support, friction."""
+        if not self.asks:
+            return ("rigid",)
         asked = {*_asked(self.__dict__)} - _OF_EACH
         if self.masses is not None:
             asked.add("several")
@@ -447,6 +454,8 @@ class Parameters(QuantityClass):
     @cached_property
     def law(self) -> str:
         """Which of `damper.engine.impact.LAWS` these parameters ask for."""
+        if not self.asks:
+            return "constant"
         if any(getattr(self, name) is not None for name in WALL_TABLES):
             return "tabled"
         return next((q.law for q in _laws(self.__dict__)), "constant")

@@ -33,6 +33,9 @@ from damper.sweep.grid import lies_at
 from damper.sweep.points import Point, read_point
 from damper.sweep.progress import Progress
 
+#: Row of each point that an observer observes, by the number of the point.
+Rows = Mapping[int, int] | range
+
 #: Fewest points for which one more thread is worth its start, where their number is left open.
 _POINTS_A_THREAD = 4
 
@@ -103,7 +106,7 @@ def run_points(
     """
     every: dict[str, Any] = {} if forcing is None else {"forcing": forcing}
     every |= beside_numbers(masses, tables)
-    points = [{**values, **every} for values in points]
+    points = [{**values, **every} for values in points] if every else list(points)
     read = [read_point(values, primary) for values in points]
     chains = _chains(predecessor, len(read))
     threads = _threads(workers, len(read), len(chains))
@@ -143,9 +146,11 @@ def run_points(
     return arrays, made
 
 
-def _observed(points: Sequence[Mapping[str, Any]], observer: Observer) -> dict[int, int]:
+def _observed(points: Sequence[Mapping[str, Any]], observer: Observer) -> Rows:
     """Numbers of the points that an observer observes -> their rows in its arrays."""
     place = observer.place
+    if not place:
+        return range(len(points))
     for name in place:
         if points and name not in points[0]:
             raise ValueError(f"{observer.name}.at: {unknown_name('axis', name, points[0])}")
@@ -166,13 +171,13 @@ class _Sweep:
     def __init__(
         self,
         points: list[Point],
-        rows: list[dict[int, int]],
+        rows: list[Rows],
         state: State | None,
         settings: RunSettings,
         progress: Progress | None,
     ) -> None:
         self.status = np.zeros(len(points), dtype="i1")
-        self._points = points
+        self._points: list[Any] = points
         self._rows = rows
         self._state = state
         self._settings = settings
@@ -225,6 +230,9 @@ class _Sweep:
 
     def _run_chain(self, chain: list[int], observers: list[Observer], buffer: np.ndarray) -> None:
         points = [self._points[number] for number in chain]
+        for number in chain:
+            # It goes with its run, which leaves much beside it.
+            self._points[number] = None
         runs = _chained(points, self._settings, self._state)
         for number, (_, trajectory, window) in zip(chain, runs, strict=False):
             self._observe(number, trajectory, window, observers, buffer)
