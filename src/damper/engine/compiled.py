@@ -315,7 +315,10 @@ class Compiled:
             return False
         if _numba is None and _spent < LOADING:
             return True
-        return self._spent.get(kinds, 0.0) < COMPILING and not self._note(kinds).exists()
+        if kinds not in self._spent:
+            # Asked once: another process may compile it meanwhile, but to look takes 20 us.
+            return not self._note(kinds).exists()
+        return self._spent[kinds] < COMPILING
 
     def _note(self, kinds: tuple) -> Path:
         """File that is there once the cache has this function for arguments of these kinds."""
