@@ -1,6 +1,7 @@
 """What runs take, estimated from their settings, and what is refused from Python."""
 
 import math
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import damper
 from damper.observers import OBSERVERS, make_observers
 from damper.parameters.forcing import HARMONIC, Forcing, Harmonics, Record
 from damper.sweep import estimate
+from damper.sweep.points import read_point
 from damper.sweep.runs import run_points
 
 
@@ -88,3 +90,16 @@ def test_samples_of_a_record_take_memory() -> None:
     # Dampers of one unit of time share them.
     assert record.over(2.0) is record.over(2.0)
     assert np.shares_memory(record.over(2.0).value, record.over(3.0).value)
+
+
+def test_a_point_takes_less_than_the_estimate_has_for_a_run() -> None:
+    """It did not when each damper had a table of names of its own."""
+    values = [
+        {**POINT, "clearance": 0.1 + 1e-4 * k, "restitution": 0.5 + 1e-4 * k} for k in range(1000)
+    ]
+    read_point(values[0])
+    tracemalloc.start()
+    points = [read_point(value) for value in values]
+    taken = tracemalloc.get_traced_memory()[0] / len(points)
+    tracemalloc.stop()
+    assert taken < 0.5 * estimate._RUN_BYTES
