@@ -215,11 +215,15 @@ def steady_state(p: Parameters) -> complex:
     return 1.0 / complex(1.0 - w * w, 2.0 * p.damping_ratio * w)
 
 
-@pytest.mark.parametrize("count", [None, 1, 2], ids=["one", "listed", "beside one that hits"])
-def test_what_nothing_acts_on_stays_as_it_is(count: int | None) -> None:
+@pytest.mark.parametrize(
+    ("count", "walls"),
+    [(None, {}), (1, {}), (2, {}), (None, {"contact_stiffness_ratio": 100.0})],
+    ids=["one", "listed", "beside one that hits", "compliant walls"],
+)
+def test_what_nothing_acts_on_stays_as_it_is(count: int | None, walls: dict[str, float]) -> None:
     """A free mass flies on by itself: its velocity keeps each bit, whatever the primary does."""
     masses = [{}, {"clearance": 2.0, "mass_ratio": 0.02}][:count]
-    p, y, u = replace(SLOW, masses=masses if count else None), 0.1, 1e-7
+    p, y, u = replace(SLOW, masses=masses if count else None, **walls), 0.1, 1e-7
     state = State(0.1, 0.7, (y, 0.0)[:count], (u, 0.0)[:count]) if count else State(0.1, 0.7, y, u)
     run = start_run(p, state)
     cycles = 200 if count == 2 else 3000

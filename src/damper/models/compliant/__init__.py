@@ -67,7 +67,7 @@ from damper.models.compliant.search import (
 from damper.models.flights import EVENT, begin_flight, fly, gap_of, relative_rates, stays, unclipped
 from damper.models.forces import drive_of
 from damper.models.masses import Rigid
-from damper.models.walls import slack
+from damper.models.walls import fly_on, slack, state_by_start
 from damper.parameters import Parameters
 
 #: Part of the usual duration of a contact at which the search for its end begins where nothing
@@ -239,6 +239,11 @@ def _motion(model, segment, tau):
     return _of_pair(model, s.side, flow.advance(model.contact, model.table, pair_at(model, s), tau))
 
 
+@declared.state_in.of(Compliant)
+def _state_in(model, segment, tau):
+    return state_by_start(_begin(model, segment), model, segment, tau)
+
+
 @compiled
 def _of_pair(model, side, z):
     """Displacement and velocity of the primary, gap and its rate in a state of the pair."""
@@ -338,20 +343,25 @@ def _fly(model, s, start):
     """A flight between the walls, up to the touch of one."""
     end = fly(start, model, s)
     if end.outcome != EVENT:
-        gave_up = end.outcome == GAVE_UP
-        tau, gap, rate = end.duration, end.gap, end.gap_rate
-        new = segment_after(
-            s, model.cycle, tau, end.x, end.v, gap, rate, s.side, FLIGHT, NOTHING, 0.0
-        )
-        return Step(end.duration, False, gave_up, end.steps, new, _begin(model, new))
+        return fly_on(start, model, s, end)
     speed = abs(end.gap_rate)
     mode = CONTACT if speed > 0.0 else FLIGHT
     cause = IMPACT if speed > 0.0 else NOTHING
     new = segment_after(
         s, model.cycle, end.duration, end.x, end.v, 0.0, -speed, end.wall, mode, cause, speed
     )
-    new = _settled(model, new)
+    new = _settled(model, _flying(model, new))
     return Step(end.duration, True, False, end.steps, new, _begin(model, new))
+
+
+@compiled
+def _flying(model, s):
+    """A segment in which nothing acts on the free mass from now on, with its own state."""
+    y, u = s.x + s.side * (model.clearance - s.gap), s.v - s.side * s.gap_rate
+    return _with_own(s, y, u)
+
+
+_with_own = changed(Segment, "y", "u")
 
 
 @compiled
@@ -494,6 +504,7 @@ def _spring_back(model, s, start):
         rate = max(rate, 0.0)
     mode = CONTACT if caught else FLIGHT
     new = segment_after(s, model.cycle, tau, x, v, gap, rate, s.side, mode, NOTHING, 0.0)
+    new = _flying(model, new)
     if gap == 0.0 and rate == 0.0:
         new = _settled(model, new)
         caught = True
@@ -517,5 +528,5 @@ for _name in ("joins", "shrunk_by", "velocities_after", "damping_in", "over_even
     of_a_wall(getattr(declared_tangent, _name))
 for _kind in (Compliant, CompliantPair):
     declared_tangent.friction_in.of(_kind)(declared_tangent.no_friction)
-for _function in (declared.motion, declared.begin, declared.following):
+for _function in (declared.motion, declared.begin, declared.following, declared.state_in):
     of_a_wall(_function)
