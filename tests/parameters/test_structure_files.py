@@ -1,4 +1,6 @@
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -80,3 +82,21 @@ def test_mistakes_in_matrices_name_the_file(tmp_path):
             damper.Structure.read_matrices(tmp_path / name)
     with pytest.raises(FileNotFoundError):
         damper.Structure.read_matrices(tmp_path / "none.npz")
+
+
+def test_the_document_reads_a_universal_file(tmp_path, monkeypatch):
+    pyuff = pytest.importorskip("pyuff")
+    monkeypatch.chdir(tmp_path)
+    file_of_modes = pyuff.UFF("beam.uff")
+    nothing = np.zeros(2)
+    for k in range(2):
+        values = {"freq": [0.16, 0.43][k], "modal_damp_vis": [0.01, 0.02][k], "modal_m": 1.0}
+        numbers = {"analysis_type": 2, "data_ch": 2, "spec_data_type": 8, "load_case": 1}
+        shape = {"r1": nothing, "r2": nothing, "r3": np.array([[1.0, 1.0], [0.5, 0.6]][k])}
+        nodes = {"mode_n": k + 1, "node_nums": [6, 12]}
+        file_of_modes.write_sets({"type": 55} | values | numbers | shape | nodes, "add")
+    text = (Path(__file__).parents[2] / "docs/structures.md").read_text("utf-8")
+    (block,) = re.findall(r"```python\n(import pyuff\n.*?)```", text, re.DOTALL)
+    scope = {"damper": damper}
+    exec(block.replace("damper.Structure.from_modes", "found = damper.Structure.from_modes"), scope)
+    assert scope["found"] == MODES
