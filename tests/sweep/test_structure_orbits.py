@@ -1,6 +1,7 @@
 """Periodic motions, branches and exponents of free masses on a structure."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -155,5 +156,31 @@ def test_what_orbits_on_structures_do_not_know_is_refused():
         orbit.sensitivity("gap")
     with pytest.raises(TypeError, match="unknown quantity of a structure"):
         orbit.sensitivity("clearance")
-    with pytest.raises(ValueError, match="smallest_shock does not know boxes on a structure"):
-        damper.smallest_shock(orbit)
+    with pytest.raises(TypeError, match="unknown place of a shock 'c': must be one of a, b"):
+        damper.smallest_shock(orbit, place="c")
+
+
+def test_a_shock_throws_one_of_two_modes_out_as_an_oscillator():
+    """Coordinates mix the modes, so the impulse moves both of them; the second feels nothing."""
+    ways = {"mass_ratio": 0.25, "damping_ratio": 0.02, "frequency_ratio": 0.74, "clearance": 4.62}
+    one, p = pair(**ways)
+    to_modes = np.linalg.inv([[1.0, 0.5], [0.3, 2.0]])
+    mass, damping, stiffness = (
+        to_modes.T @ np.diag(of) @ to_modes for of in ([1.0, 1.0], [0.04, 0.1], [1.0, 7.0])
+    )
+    box = to_modes[0]
+    two = Structure(mass, damping, stiffness, boxes={"a": box}, force=box)
+    x, v = np.linalg.solve(to_modes, [[-1.2, 1.1], [0.0, 0.0]]).T.tolist()
+    wanted, found = (
+        damper.smallest_shock(
+            periodic_orbit(p, state=state), moments=1, largest=42.0, tolerance=0.5
+        )
+        for p, state in (
+            (one, damper.State(-1.2, 1.1, -5.4, 4.0)),
+            (replace(p, structure=two), damper.State(x, v, -5.4, 4.0)),
+        )
+    )
+    assert found.size == pytest.approx(wanted.size, rel=1e-9)
+    assert (found.direction, found.moment) == (wanted.direction, wanted.moment)
+    assert wanted.motion == f"{found.motion}, more to the left"
+    assert to_modes @ found.state.v == pytest.approx([wanted.state.v, 0.0], abs=1e-9)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import is_odd
 from damper.engine.impact import law_at
 from damper.engine.model import motion, read_segment
-from damper.engine.segment import IMPACT, STICK
+from damper.engine.segment import IMPACT, STICK, Segment
 from damper.engine.trajectory import Trajectory
 from damper.models.flights import travel_of
 from damper.observers.common.base import Observer, Window, record_type, since
@@ -21,7 +22,7 @@ from damper.parameters.variables import Variable
 
 #: Counts on each wall: impacts outside complete chatter, complete chatter sequences, and runs of
 #: consecutive impacts.
-_COUNTS = record_type("left", "right", "left_complete", "right_complete", "open", "wall")
+COUNTS = record_type("left", "right", "left_complete", "right_complete", "open", "wall")
 
 
 class ObservedMotion(Observer):
@@ -77,7 +78,7 @@ class ObservedMotion(Observer):
         # Twice per period, a row with the state and the counts so far; of two motions in turn.
         self._samples = np.empty((4 * self.longest + 1, 8))
         self._taken = 0
-        self._counts = np.zeros(1, _COUNTS)
+        self._counts = np.zeros(1, COUNTS)
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
@@ -162,7 +163,7 @@ def _sample(model, log, window, samples, counts, taken):
     for index in range(len(log)):
         s = read_segment(model, log[index])
         if since(s, model.cycle, window.periods, window.time) >= 0.0:
-            _count(s, count)
+            count_event(s, count)
         while taken <= 2.0 * window.length:
             half = 0.5 * model.cycle * (taken % 2)
             tau = -since(s, model.cycle, window.periods + taken // 2, window.time + half)
@@ -179,8 +180,8 @@ def _sample(model, log, window, samples, counts, taken):
 
 
 @compiled
-def _count(s, count):
-    """Count the event that begins a segment."""
+def count_event(s: Segment, count: Any) -> None:
+    """Count the event that begins a segment in one of `COUNTS`."""
     if s.cause == IMPACT:
         count.open = count.open + 1.0 if s.side == count.wall else 1.0
         count.wall = s.side

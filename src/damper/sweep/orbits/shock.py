@@ -1,17 +1,22 @@
-"""`damper.smallest_shock`: how large a shock on the primary throws a motion out."""
+"""`damper.smallest_shock`: how large a shock on the carrier throws a motion out."""
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from damper.engine.compiled import plain
 from damper.engine.loop import FINISHED
+from damper.engine.model import log_of_mass, read_segment
 from damper.engine.terminal import saying
 from damper.engine.trajectory import Trajectory
 from damper.models import model_of
-from damper.observers.motion import ObservedMotion, in_words
+from damper.observers.common.base import since
+from damper.observers.motion import COUNTS, ObservedMotion, count_event, in_words
 from damper.parameters import State
 from damper.parameters.models import MODELS, require_model
+from damper.parameters.names import unknown_name
 from damper.parameters.quantity import real, whole
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.orbits.arcs import state_of, vector
@@ -29,6 +34,8 @@ _LARGEST, _MOST = 10.0, 1000
 _MOMENTS = 1000
 #: Smallest part of a size to which it can be bisected: smaller ones are roundoff.
 _FINEST = 1e-12
+#: Largest change over the period of a motion on a structure, over its largest component.
+_REPEATS = 1e-6
 #: Forcing periods that a run may wander before it settles.
 _WANDER = 1000
 #: Longest period of a motion that a run may settle on.
@@ -43,9 +50,11 @@ def smallest_shock(
     largest: float | None = None,
     settle: int | None = None,
     tolerance: float = 1e-3,
+    place: str | None = None,
 ) -> "Shock":
     """Find the smallest sudden change of the primary's velocity that throws a motion out.
 
+    On a structure an impulse hits a place, and the size is the change of that place's velocity.
     A shock on the machine changes the velocity by its impulse over the primary's mass. Shocks are
     tried at several moments, in both directions, of sizes that grow by a quarter, until the motion
     does not come back after one. The size is then bisected. This is a search on a grid and no
@@ -66,6 +75,9 @@ def smallest_shock(
         as thrown out. When not given, 1000 more than a small deviation takes to fall by 1e5 times.
     tolerance : float, default 1e-3
         How closely the size is bisected, as a part of it; from 1e-12 on.
+    place : str, optional
+        Of a structure: the box or point that is hit, and whose velocity changes by the size of the
+        shock; where the force acts when left out.
 
     Returns
     -------
@@ -74,9 +86,10 @@ def smallest_shock(
     Raises
     ------
     ValueError
-        For a motion that is not stable, and where no shock up to the largest throws it out.
+        For a motion that is not stable, and where no shock up to the largest throws it out; for a
+        place that no coordinate moves.
     TypeError
-        For what is no PeriodicOrbit.
+        For what is no PeriodicOrbit, and for a place without a structure.
 
     Examples
     --------
@@ -90,7 +103,10 @@ def smallest_shock(
     """
     if not isinstance(orbit, PeriodicOrbit):
         raise TypeError(f"orbit = {orbit!r}: must be a damper.PeriodicOrbit")
-    require_model(orbit.parameters.dimensionless, MODELS, "smallest_shock")
+    p = orbit.parameters.dimensionless
+    if p.model != "structure":
+        require_model(p, MODELS, "smallest_shock")
+    weights = _place_of(p, place)
     if not orbit.stable:
         growth = abs(orbit.multipliers[0])
         raise ValueError(
@@ -102,12 +118,12 @@ def smallest_shock(
         raise ValueError(
             f"tolerance = {tolerance!r}: must be a number with {_FINEST:g} <= tolerance < 1"
         )
-    units, tried = orbit.parameters.units, _Shocks(orbit.scaled, moments, settle)
+    units, tried = orbit.parameters.units, _Shocks(orbit.scaled, moments, settle, weights)
     most = _LARGEST * tried.speed if largest is None else real("largest", largest) / units.speed
     if not 0.0 < most <= _MOST * tried.speed:
         raise ValueError(
             f"largest = {largest!r}: must be a positive number <= "
-            f"{_MOST * tried.speed * units.speed:.6g}, {_MOST} times the primary's largest speed"
+            f"{_MOST * tried.speed * units.speed:.6g}, {_MOST} times the largest speed there"
         )
     ways = [(k, direction) for k in range(moments * orbit.period) for direction in (1, -1)]
     smaller = 0.0
@@ -128,12 +144,29 @@ def smallest_shock(
     )
 
 
+def _place_of(p: Any, place: str | None) -> np.ndarray:
+    """Displacement of what is hit in a unit displacement of each coordinate."""
+    if p.model != "structure":
+        if place is not None:
+            raise TypeError(f"place = {place!r}: a shock hits the one primary mass; leave it out")
+        return np.ones(1)
+    s, given = p.structure, p.origin.structure
+    if place is None and given.force is None:
+        raise ValueError(f"place is missing: must be one of {', '.join(s.points)}")
+    if place is not None and place not in s.points:
+        raise unknown_name("place of a shock", place, s.points)
+    weights = np.asarray(s.force if place is None else s.points[place])
+    if not weights.any():
+        raise ValueError(f"place = {place!r}: no coordinate moves it, so no shock moves any")
+    return weights
+
+
 @dataclass(frozen=True)
 class Shock:
-    """A shock on the primary after which a motion does not come back; from `smallest_shock`."""
+    """A shock after which a motion does not come back; from `smallest_shock`."""
 
     size: float
-    """Change of the primary's velocity, in units of F0/sqrt(K M), or in m/s."""
+    """Change of the velocity of what is hit, in units of F0/sqrt(K M), or in m/s."""
     returns: float
     """Largest size below it, at the same moment and in the same direction, that was seen to come
     back."""
@@ -150,7 +183,9 @@ class Shock:
 class _Shocks:
     """Shocks on an orbit."""
 
-    def __init__(self, orbit: PeriodicOrbit, moments: int, settle: int | None) -> None:
+    def __init__(
+        self, orbit: PeriodicOrbit, moments: int, settle: int | None, weights: np.ndarray
+    ) -> None:
         self.orbit, self.moments = orbit, moments
         self.model = model_of(orbit.parameters.dimensionless)
         growth = abs(orbit.multipliers[0])
@@ -165,8 +200,15 @@ class _Shocks:
             states.append(vector(trajectory.state_at(*place)))
         #: At each of the moments, over the whole period.
         self.states = np.array(states)
-        self.speed = float(abs(self.states[:, 1]).max())
-        self.back = _BACK * float(abs(self.states[:, :2]).max())
+        p: Any = orbit.parameters
+        self.size = 2 * len(weights)
+        self.speed = float(abs(self.states[:, 1 : self.size : 2] @ weights).max())
+        self.back = _BACK * float(abs(self.states[:, : self.size]).max())
+        #: Change of each coordinate's velocity by an impulse that changes that of the place by 1.
+        self.pushed = np.ones(1)
+        if p.model == "structure":
+            moved = np.linalg.solve(p.structure.mass, weights)
+            self.pushed = moved / (weights @ moved)
         #: A run that changes less in a period has settled; one that comes back changes more.
         self.still = 0.5 * self.back * (1.0 - growth)
 
@@ -178,9 +220,10 @@ class _Shocks:
     def after(self, size: float, k: int, direction: int) -> State:
         """State just after a shock at a moment."""
         start = self.states[k].copy()
-        start[1] += direction * size
+        start[1 : self.size : 2] += direction * size * self.pushed
         periods, time = self._place(k)
-        return state_of(start, time + periods * self.orbit.parameters.cycle)
+        time += periods * self.orbit.parameters.cycle
+        return state_of(start, time, self.size // 2)
 
     def leaves(self, size: float, k: int, direction: int) -> int:
         """Forcing periods after which the run has settled elsewhere; 0 where it comes back.
@@ -233,6 +276,8 @@ class _Shocks:
         """The motion that a run after a shock ends in, in words; of several masses that of each."""
         p = self.orbit.parameters.dimensionless
         count = len(p.each)
+        if p.model == "structure":
+            return self._ends_on_structure(size, k, direction)
         bodies = {} if p.masses is None else {"bodies": range(count)}
         found, _ = run_points(
             [self.orbit.parameters.given],
@@ -245,5 +290,44 @@ class _Shocks:
         if found["status"][0]:
             return "the run stopped early"
         each = {v.name: np.ravel(found[v.name]) for v in ObservedMotion.variables}
-        words = [in_words({name: of[k] for name, of in each.items()}) for k in range(count)]
-        return words[0] if count == 1 else "; ".join(f"mass {k}: {w}" for k, w in enumerate(words))
+        every = ({name: of[k] for name, of in each.items()} for k in range(count))
+        return _of_masses([*map(in_words, every)])
+
+    def _ends_on_structure(self, size: float, k: int, direction: int) -> str:
+        """As `_ends_in`; the words say nothing of symmetry."""
+        start, (periods, time) = self.after(size, k, direction), self._place(k)
+        periods += 2 * self.leaves(size, k, direction)
+        trajectory, states = Trajectory(self.model, start), []
+        for cycle in range(2 * _LONGEST + 1):
+            trajectory.skip(periods + cycle, time)
+            states.append(vector(trajectory.state_at(periods + cycle, time)))
+        if trajectory.status != FINISHED:
+            return "the run stopped early"
+        near, last = _REPEATS * abs(np.array(states)).max(), states[-1]
+        repeats = (n for n in range(1, _LONGEST + 1) if abs(last - states[-1 - n]).max() <= near)
+        period = next(repeats, 0)
+        trajectory, end = Trajectory(self.model, start), periods + 2 * _LONGEST
+        # Twice: a sequence that completes may have begun before.
+        trajectory.skip(end - 2 * period, time)
+        log = np.concatenate([piece.copy() for piece in trajectory.segments(end, time)])
+        words = []
+        for body in range(len(self.orbit.parameters.dimensionless.each)):
+            counts, before = np.zeros(1, COUNTS), np.zeros(1, COUNTS)
+            for row in log_of_mass(self.model, log, body):
+                s = plain(read_segment)(self.model, row)
+                plain(count_event)(s, counts[0])
+                if since(s, self.model.cycle, end - period, time) < 0.0:
+                    before = counts.copy()
+            names = "impacts_left", "impacts_right", "completions_left", "completions_right"
+            wanted = ("left", "right", "left_complete", "right_complete")
+            found: dict[str, Any] = {
+                f"motion_{name}": int(counts[0][of] - before[0][of])
+                for name, of in zip(names, wanted, strict=True)
+            }
+            words.append(in_words(found | {"motion_period": period, "motion_side": math.nan}))
+        return _of_masses(words)
+
+
+def _of_masses(words: list[str]) -> str:
+    """What each of several masses does."""
+    return words[0] if len(words) == 1 else "; ".join(f"mass {k}: {w}" for k, w in enumerate(words))
