@@ -201,7 +201,15 @@ _WRITEABLE, _C_ORDER, _FORTRAN_ORDER = 0x400, 0x1, 0x2
 #: Class of a NamedTuple -> for each structure of its instances: a function that lists the types
 #: that may differ, these types, and the text of all types.
 _structures: dict[type, list[tuple[Callable[[tuple], list], list, str]]] = {}
-_plain = threading.local()
+
+
+class _Plain(threading.local):
+    """Whether this thread runs plain Python."""
+
+    running = False
+
+
+_plain = _Plain()
 _at_once = False
 _spent = 0.0
 _warned = False
@@ -287,7 +295,7 @@ class Compiled:
         return self._outer
 
     def __call__(self, *arguments: Any) -> Any:
-        if getattr(_plain, "running", False):
+        if _plain.running:
             return self.py_func(*arguments)
         kinds = _kinds(arguments)
         entry = self._entries.get(kinds)
@@ -300,7 +308,7 @@ class Compiled:
     def ready(self, *arguments: Any) -> Callable | None:
         """Return compiled code for these arguments, or None to run plain Python first (the run may
         be short)."""
-        if getattr(_plain, "running", False):
+        if _plain.running:
             return self.py_func
         kinds = _kinds(arguments)
         entry = self._entries.get(kinds)
@@ -474,7 +482,7 @@ def plain(function: Callable[P, Result]) -> Callable[P, Result]:
 
 
 def _plainly(function: Callable[P, Result], *arguments: P.args, **named: P.kwargs) -> Result:
-    before = getattr(_plain, "running", False)
+    before = _plain.running
     _plain.running = True
     try:
         return function(*arguments, **named)
