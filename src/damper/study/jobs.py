@@ -15,7 +15,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from damper.parameters.files import contents, state_of
 from damper.study.fingerprint import fingerprint_in
 
 if TYPE_CHECKING:
@@ -110,11 +109,16 @@ def read_parts(paths: Sequence[str], fingerprints: Iterable[str]) -> list[PartDa
 
 def file_digest(path: Path | str) -> str:
     """Digest of the bytes of a file that a job reads, in 16 hexadecimal digits."""
+    # Loads the parameters, which jobs that read no file of a user do without.
+    from damper.parameters.files import state_of
+
     return _digest(str(path), state_of(path))
 
 
 @lru_cache
 def _digest(path: str, state: tuple[int, ...]) -> str:
+    from damper.parameters.files import contents
+
     return sha256(contents(path)).hexdigest()[:16]
 
 
