@@ -109,7 +109,12 @@ def pairs_of(
             assert row[:3] == others[k][:3], (row, others[k])
             pairs.append((row, others[k]))
             k += 1
-        assert k == len(others), others[k:]
+        if k < len(others):
+            # The end lies within a closed tail, which stands for what is left.
+            more = rows_of_engine(values, state, until + 1.0)
+            (last,) = [row for row in more if row.body == body][len(own) :][:1]
+            assert last.kind == "stick"
+            assert {row[:3] for row in others[k:]} == {("impact", body, last.side)}, others[k:]
     return pairs
 
 
