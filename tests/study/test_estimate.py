@@ -212,7 +212,7 @@ def test_check_says_what_is_still_to_be_compiled(
     monkeypatch.setattr(compiled, "_spent", 1.0)
     monkeypatch.setattr(compiled, "_at_once", False)
     monkeypatch.setattr(run, "_entries", {})
-    monkeypatch.setattr(run, "_spent", {})
+    monkeypatch.setattr(run, "_looks", {})
     asked: list[Path] = []
     note = compiled.Compiled._note
 

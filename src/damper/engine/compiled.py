@@ -189,6 +189,8 @@ COMPILED = (
 LOADING = 0.3
 #: Seconds that a function runs plain before it is compiled, where the cache does not hold it.
 COMPILING = 5.0
+#: Seconds that it runs plain between two looks into the cache.
+LOOKING = 0.01
 
 #: Thresholds of the collector of garbage while numba compiles: a compilation makes millions of
 #: objects that all last until it ends, and looking at them took 7 % of its time.
@@ -266,6 +268,8 @@ class Compiled:
         self._outer: Any = None
         self._entries: dict[tuple, Callable] = {}
         self._spent: dict[tuple, float] = {}
+        self._looks: dict[tuple, float] = {}
+        """What it has spent when the cache is looked into again."""
 
     @property
     def inner(self) -> Any:
@@ -323,10 +327,14 @@ class Compiled:
             return False
         if _numba is None and _spent < LOADING:
             return True
-        if kinds not in self._spent:
-            # Asked once: another process may compile it meanwhile, but to look takes 20 us.
-            return not self._note(kinds).exists()
-        return self._spent[kinds] < COMPILING
+        spent = self._spent.get(kinds, 0.0)
+        if spent >= COMPILING:
+            return False
+        if spent < self._looks.get(kinds, 0.0):
+            return True
+        # Another process may compile it meanwhile; to look takes 20 us.
+        self._looks[kinds] = spent + LOOKING
+        return not self._note(kinds).exists()
 
     def _note(self, kinds: tuple) -> Path:
         """File that is there once the cache has this function for arguments of these kinds."""
