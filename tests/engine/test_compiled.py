@@ -542,3 +542,21 @@ def test_an_empty_variable_names_no_folder(monkeypatch, name):
     monkeypatch.setenv(name, "")
     assert compiled.cache_folder() == usual
     assert usual.is_absolute()
+
+
+@needs_numba
+def test_what_the_cache_holds_waits_for_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However often it is asked; and what the cache lacks runs plain first."""
+    monkeypatch.setattr(compiled, "_cache", lambda: tmp_path)
+    monkeypatch.setattr(compiled, "_spent", 1.0)
+    monkeypatch.setattr(compiled, "_at_once", False)
+    each = compiled.Compiled(abs_of)
+    each._note((float,)).touch()
+    assert [each._waits((float,)) for _ in range(3)] == [False] * 3
+    assert [each._waits((int,)) for _ in range(3)] == [True] * 3
+
+
+def abs_of(number: float) -> float:
+    return abs(number)

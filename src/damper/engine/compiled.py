@@ -332,9 +332,11 @@ class Compiled:
             return False
         if spent < self._looks.get(kinds, 0.0):
             return True
+        if self._note(kinds).exists():
+            return False
         # Another process may compile it meanwhile; to look takes 20 us.
         self._looks[kinds] = spent + LOOKING
-        return not self._note(kinds).exists()
+        return True
 
     def _note(self, kinds: tuple) -> Path:
         """File that is there once the cache has this function for arguments of these kinds."""
