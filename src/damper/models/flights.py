@@ -137,12 +137,18 @@ begin_flight.like(FixedStop, Ballistic)
 rest_shift.like(FixedStop, Ballistic)
 
 
+@compiled
+def free_mass_of(model: Any, segment: Segment) -> tuple[float, float]:
+    """Displacement and velocity of the free mass at the start of a segment, from the gap."""
+    s = segment
+    return s.x + s.side * (model.clearance - s.gap), s.v - s.side * s.gap_rate
+
+
 @begin_flight.of(Oscillator)
 def _begin_both(mass, model, segment, shift):
     s = segment
     phase = phase_at(model.free.forcing, s.periods, s.time)
-    y = s.x + s.side * (model.clearance - s.gap)
-    u = s.v - s.side * s.gap_rate
+    y, u = free_mass_of(model, s)
     primary = motion_from(model.free, s.x - shift, s.v, phase)
     other = motion_from(mass, y, u, phase)
     if s.cause in (RELEASE, SLIP) and _is_smooth(model.free, primary, other.a):

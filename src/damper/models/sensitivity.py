@@ -33,7 +33,7 @@ from damper.engine.segment import (
 )
 from damper.engine.tuples import changed
 from damper.models import model_of
-from damper.models.flights import course_of
+from damper.models.flights import course_of, free_mass_of
 from damper.models.tangent import enter, joins, over_time, velocities_after
 from damper.parameters import Parameters
 from damper.parameters.named import size_of, value_of, with_values
@@ -200,7 +200,7 @@ def _flight(there, model, s, slower):
     mass, shift = course_of(begin(there, s), there)
     phase = phase_at(there.free.forcing, s.periods, s.time * slower)
     dx, dv, _ = increments(there.free, motion_from(there.free, s.x - shift, s.v, phase), tau)
-    y, u = s.x + s.side * (model.clearance - s.gap), s.v - s.side * s.gap_rate
+    y, u = free_mass_of(model, s)
     dy, later = body_at(mass, y, u, phase, tau)
     return s.v * tau + dx, dv, dy, later - u
 

@@ -40,6 +40,7 @@ from damper.models.flights import (
     End,
     bounce_at,
     fly,
+    free_mass_of,
     only_wall_of,
     travel_of,
     unclipped,
@@ -207,7 +208,7 @@ def free_flight(model: Any, segment: Segment, tau: float) -> tuple[float, float]
     s = segment
     y, u = s.y, s.u
     if s.cause != NOTHING:
-        y, u = s.x + s.side * (model.clearance - s.gap), s.v - s.side * s.gap_rate
+        y, u = free_mass_of(model, s)
     way, u = body_at(model.mass, y, u, 0.0, tau)
     return own_state(model.mass, s, y + way, u)
 

@@ -64,7 +64,16 @@ from damper.models.compliant.search import (
     force_size,
     split_of,
 )
-from damper.models.flights import EVENT, begin_flight, fly, gap_of, relative_rates, stays, unclipped
+from damper.models.flights import (
+    EVENT,
+    begin_flight,
+    fly,
+    free_mass_of,
+    gap_of,
+    relative_rates,
+    stays,
+    unclipped,
+)
 from damper.models.forces import drive_of
 from damper.models.masses import Rigid
 from damper.models.walls import fly_on, slack, state_by_start
@@ -356,8 +365,10 @@ def _fly(model, s, start):
 
 @compiled
 def _flying(model, s):
-    """A segment in which nothing acts on the free mass from now on, with its own state."""
-    y, u = s.x + s.side * (model.clearance - s.gap), s.v - s.side * s.gap_rate
+    """A segment with the free mass's own state where it flies, so that nothing acts on it."""
+    if s.mode != FLIGHT:
+        return s
+    y, u = free_mass_of(model, s)
     return _with_own(s, y, u)
 
 
