@@ -269,7 +269,7 @@ class Compiled:
         self._entries: dict[tuple, Callable] = {}
         self._spent: dict[tuple, float] = {}
         self._looks: dict[tuple, float] = {}
-        """What it has spent when the cache is looked into again."""
+        """Seconds of plain running at which the next look into the cache is due."""
 
     @property
     def inner(self) -> Any:

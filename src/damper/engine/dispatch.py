@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import wraps
 from typing import Any, NoReturn, Protocol, cast
 
-from damper.engine import compiled as threads
+from damper.engine import compiled as compiled_code
 from damper.engine.compiled import INNER_OPTIONS, Compiled, compiled, when_numba_loads
 
 
@@ -58,7 +58,7 @@ def _by_class(function: Callable, default: Callable | None) -> ByClass:
     def choose(model: tuple, *rest: Any) -> Any:
         # Written out: a call more for each choice is a tenth of the time of plain Python.
         kind = type(model)
-        known = plain if threads._plain.running else chosen
+        known = plain if compiled_code._plain.running else chosen
         return (known.get(kind, default) or missing(kind))(model, *rest)
 
     def of(kind: type) -> Callable:
