@@ -1,4 +1,4 @@
-"""What the input within a step of an FMU costs in accuracy.
+"""Error of an FMU by its input within a step.
 
     python benchmarks/fmu.py
 

@@ -1,4 +1,4 @@
-"""What of an FMU runs on the importing machine: its variables, and its steps."""
+"""The part of an FMU that runs on the importing machine: its variables and its steps."""
 
 from collections.abc import Callable, Mapping
 from functools import partial

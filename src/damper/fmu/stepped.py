@@ -10,7 +10,7 @@ from damper.parameters.forcing import Forcing, NoForce, Record
 from damper.parameters.setting import Setting
 from damper.sweep.started import start
 
-#: What the machine is given by, in SI units.
+#: Parameters of the machine and its damper, in SI units.
 PARAMETERS = {
     "mass": Setting(1.0, "vibrating mass of the machine", "kg", gt=0),
     "natural_frequency": Setting(1.0, "natural frequency without the damper", "Hz", gt=0),

@@ -258,8 +258,8 @@ _OF_SIZES = {q.name: q for q in SIParameters.quantities}
 def fmu(machine: str, output: str | None, **given: float | None) -> None:
     """Make an FMU of MACHINE with its damper.
 
-    MACHINE is a YAML file as for `damper design`. What is left out of the damper is that of the
-    closed forms. The FMU is for co-simulation by FMI 3: force or acceleration of the base in,
+    MACHINE is a YAML file as for `damper design`. Without an option the closed forms give the size.
+    The FMU is for co-simulation by FMI 3: force or acceleration of the base in,
     motion and impulse out. The machine that imports it needs Python and this package.
 
     \b
