@@ -29,7 +29,7 @@ def test_two_impacts_a_period(stable: bool) -> None:
     known = next(orbit for orbit in orbits(TWO_IMPACTS) if orbit.stable == stable)
     start = known.start
     guess = State(start.x * (1 + 1e-5), start.v, start.y - 1e-3, start.u, start.time)
-    found = periodic_orbit(TWO_IMPACTS, state=guess)
+    found = periodic_orbit(TWO_IMPACTS, guess=guess)
     np.testing.assert_allclose([found.state.x, found.state.v], known.stroboscopic(), rtol=1e-12)
     assert found.stable == stable
     multipliers = known.multipliers**2  # those of half a period

@@ -62,7 +62,7 @@ def is_followed(name: str) -> bool:
 def periodic_orbit(
     parameters: Parameters | SIParameters | None = None,
     period: int = 1,
-    state: State | None = None,
+    guess: State | None = None,
     *,
     settle: int = 200,
     **values: Any,
@@ -79,9 +79,9 @@ def periodic_orbit(
         With SIParameters, the orbit and what is found from it are in m, s and m/s.
     period : int, default 1
         Forcing periods after which it repeats, at most 1000. A shorter motion repeats then, too.
-    state : State, optional
+    guess : State, optional
         Where to look. Its time may be any: the search begins at the next start of a period. When
-        not given, a run from rest, after it has settled.
+        not given, a run from rest, after it has settled. `state=` names it, too, as elsewhere.
     settle : int, default 200
         Forcing periods of that run.
     **values
@@ -108,11 +108,13 @@ def periodic_orbit(
     """
     period = whole("period", period, 1, most=_LONGEST)
     settle = whole("settle", settle, 0, most=MOST_PERIODS)
-    parameters, state = one_run(parameters, state, values, structures=True)
+    if guess is None:
+        guess = values.pop("state", None)
+    parameters, guess = one_run(parameters, guess, values, structures=True)
     check(parameters, period)
     units, scaled = parameters.units, parameters.dimensionless
     with saying(f"a motion of period {period}: a run of {settle} cycles settles"):
-        start = _settled(scaled, state, settle, units)
+        start = _settled(scaled, guess, settle, units)
     with saying(f"a motion of period {period}: Newton's method"):
         best = nearest_orbit(scaled, period, start)
     if best.change > TOLERANCE * max(1.0, float(np.abs(best.start).max())):

@@ -96,7 +96,7 @@ def smallest_shock(
     >>> import damper
     >>> p = damper.Parameters(mass_ratio=0.25, damping_ratio=0.02, frequency_ratio=0.74,
     ...                       clearance=4.62, restitution=0.5)
-    >>> orbit = damper.periodic_orbit(p, state=damper.State(-1.2, 1.1, -5.4, 4.0))
+    >>> orbit = damper.periodic_orbit(p, guess=damper.State(-1.2, 1.1, -5.4, 4.0))
     >>> shock = damper.smallest_shock(orbit, moments=1, tolerance=0.1)
     >>> orbit.word, round(shock.size, 1), shock.direction
     ('R2 L1', 0.2, 1)
