@@ -93,6 +93,14 @@ def test_slope_bears_errors_that_change_their_sign() -> None:
     assert one(made_up(first_order_time=first))["slope"] == pytest.approx(2.0, abs=0.02)
 
 
+def test_a_slope_spans_a_factor_of_four() -> None:
+    """Between neighbours, errors that are large and small in turn have slopes from -2 to 7."""
+    cube = made_up()
+    speed, left = cube.rebound_speed.values, cube.remaining_time.values
+    first = left + speed**2 * 2.2 ** (np.arange(40) % 4)
+    assert one(made_up(first_order_time=first))["slope"] == pytest.approx(2.0, abs=1e-9)
+
+
 # --- first impacts, and where agreement begins
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from damper.analysis.optimum import least
 from damper.figures.common.layout import head, select, write_prefixes
-from damper.figures.common.panels import panel_grid
+from damper.figures.common.panels import finish, legend_line, panel_grid
 from damper.figures.common.style import label, save, style
 
 AXES = {"mass_ratio": [0.1, 0.2], "clearance": [0.5, 1.0, 1.5]}
@@ -91,3 +91,14 @@ def test_a_heading_has_what_is_not_default() -> None:
         figure = Figure()
         head(figure, cube.assign_coords(phase=phase), "A caption")
         assert (r"$\varphi$" in figure.get_suptitle()) is shown
+
+
+def test_a_figure_grows_with_a_long_legend_alone() -> None:
+    heights = []
+    for count in (1, 3, 5):
+        figure = Figure(figsize=(3.0, 2.0), layout="constrained")
+        figure.subplots()
+        lines = [legend_line(f"line {k}, whose name fills the whole width") for k in range(count)]
+        finish(figure, made_up(AXES, chatter=1), None, lines, room=3)
+        heights.append(figure.get_figheight())
+    assert heights[0] == heights[1] == 2.0 < heights[2] < 2.0 + 3 * 0.2

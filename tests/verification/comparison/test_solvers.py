@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -125,6 +126,15 @@ def test_a_complete_burst_converges_to_50_digits(name):
     assert (fine < left).all()
     # The engine's accuracy is that of accumulation times alone.
     assert (fine <= 0.15 * coarse).all() or name == "exact"
+
+
+def test_a_phase_and_a_later_start_undo_each_other():
+    one = read_scene(BURST, 60.0)
+    p, time = one.parameters, 5.0
+    shifted = replace(p, phase=p.phase - p.frequency_ratio * time)
+    later = Scene(shifted, replace(one.state, time=one.state.time + time), 60.0 + time)
+    for here, there in zip(*(instants(solve("dop853", s)) for s in (one, later)), strict=True):
+        np.testing.assert_allclose(there - time, here, atol=1e-8)
 
 
 # The engine as a solver

@@ -34,8 +34,8 @@ def solve(scene: Scene, setting: float, max_evaluations: int) -> Solution:
         if run.evaluations > max_evaluations:
             found.outcome = CAPPED
             break
-    if run.status != 0:
-        found.outcome = FAILED if run.status == SEARCH_FAILED else CAPPED
+    if run.status == SEARCH_FAILED:
+        found.outcome = FAILED
     found.evaluations = run.evaluations
     if found.outcome == FINISHED:
         found.reached = scene.until
