@@ -16,7 +16,7 @@ from damper import Parameters
 from damper.models import start_run
 from damper.observers import make_observers
 from damper.observers.common.base import Window
-from damper.parameters.forcing import Base, Forcing, Harmonics
+from damper.parameters.forcing import Base, Harmonics
 from damper.sweep.runs import run_points
 from damper.theory.accumulation import predict
 from damper.verification.reference import exact_run
@@ -28,6 +28,11 @@ PREDICTED = (
     "second_order_displacement",
     "prediction_error_estimate",
 )
+#: A ball that hops and comes to rest on a table.
+TABLE: dict[str, Any] = {"mass_ratio": 0.0, "damping_ratio": 0.0, "carrier": "prescribed"} | {
+    **{"walls": "left", "gravity": 1.0, "frequency_ratio": 1.0, "force_amplitude": 1.5},
+    **{"clearance": 0.0, "restitution": 0.5},
+}
 
 
 def expected(scene: Scene) -> Iterator[dict[str, Any]]:
@@ -108,18 +113,28 @@ def test_impacts_on_a_wall_that_draws_away_have_no_prediction() -> None:
     assert assert_as_expected(scene.observed("accumulation", bursts=60), scene) > 10
 
 
-@pytest.mark.parametrize("forcing", [Harmonics((1, 2), (1.0, 0.5)), Base("base")], ids=str)
-def test_predictions_under_other_forces(forcing: Forcing) -> None:
-    """Of the second order, with what a force does to both masses."""
-    values = SLOW | {"forcing": forcing, "force_amplitude": 25.0}
-    found, _ = run_points([values], ["accumulation"], transient=1, periods=5)
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"forcing": Harmonics((1, 2), (1.0, 0.5)), "force_amplitude": 25.0},
+        {"forcing": Base("base"), "force_amplitude": 25.0},
+        {"support_stiffness_ratio": 0.3, "support_damping_ratio": 0.4},
+        {"modulation_depth": 0.5, "gravity": 0.03},
+        {"mass_ratio": math.inf},
+        TABLE,
+    ],
+    ids=str,
+)
+def test_predictions_of_other_dampers(values: dict[str, Any]) -> None:
+    """Of the second order, with what a force, a support or gravity does to both masses."""
+    found, _ = run_points([SLOW | values], ["accumulation"], transient=1, periods=5)
     exact = found["remaining_time"]
     known = (found["prediction_error_estimate"] < 1e-2) & (exact > 1e-4)
     assert known.sum() > 10
     first, second = (
         abs(found[f"{order}_order_time"] / exact - 1.0)[known] for order in ("first", "second")
     )
-    assert (second < 0.1 * found["prediction_error_estimate"][known]).all()
+    assert (second < 0.25 * found["prediction_error_estimate"][known]).all()
     assert np.median(second) < 0.01 * np.median(first)
 
 
@@ -168,6 +183,6 @@ def test_late_bursts_are_as_sharp_as_early_ones() -> None:
 def test_another_model_is_refused() -> None:
     """Its bursts end by other formulas, so predictions would be silently wrong."""
     (observer,) = make_observers(["accumulation"])
-    trajectory = start_run(Parameters(**SLOW, support_stiffness_ratio=0.1))
-    with pytest.raises(ValueError, match="accumulation does not know a support of the free mass"):
+    trajectory = start_run(Parameters(**SLOW, friction=0.1))
+    with pytest.raises(ValueError, match="accumulation does not know dry friction"):
         observer.begin(0, trajectory, Window(0.0, 0.0, 1))

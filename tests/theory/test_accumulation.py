@@ -2,6 +2,7 @@
 
 import math
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -142,7 +143,9 @@ def test_invalid_predictions_are_refused(arguments: dict[str, float], words: str
         predict(P, **good | arguments)
     with pytest.raises(ValueError, match=r"restitution = 1\.0"):
         predict(Parameters(0.5, 0.2, 0.3, 0.5, 1.0), **good)
-    with pytest.raises(ValueError, match="must be a rigid damper, the grounded one"):
-        predict(Parameters(0.5, 0.2, 0.3, 0.5, 0.6, support_stiffness_ratio=0.1), **good)
+    with pytest.raises(ValueError, match="the prediction does not know dry friction"):
+        predict(replace(P, friction=0.1), **good)
+    with pytest.raises(ValueError, match="side = 1: this damper has no wall there"):
+        predict(replace(P, walls="left"), **good)
     with pytest.raises(TypeError, match="x = '2'"):
         predict(P, **good | {"x": "2"})

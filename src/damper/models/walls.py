@@ -98,7 +98,7 @@ def time_to_completion(model: Any, segment: Segment, start: Any) -> tuple[float,
 
 @by_class
 def centre(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
-    """Displacement and velocity of both masses' centre a time `tau` after a contact's start."""
+    """Travel and velocity of both masses' centre, a time `tau` after a contact's start."""
 
 
 def have_rigid_walls(kind: type) -> None:
@@ -131,8 +131,8 @@ def _following(model: Any, segment: Segment, start: Any) -> Step:
         if end.outcome == EVENT:
             return go_on(model, s, end, FLIGHT, RELEASE if s.mode == STICKING else SLIP)
         return go_on(model, s, end, s.mode, NOTHING)
-    x, v = centre(model, s, s.completion)
-    end = End(s.completion, EVENT, s.side, x, v, 0.0, 0.0, 1)
+    dx, v = centre(model, s, s.completion)
+    end = End(s.completion, EVENT, s.side, s.x + dx, v, 0.0, 0.0, 1)
     return go_on(model, s, end, STICKING, STICK)
 
 
@@ -233,7 +233,8 @@ def _motion(model, segment, tau):
     if s.mode == FLIGHT:
         x, v, gap, rate = unclipped(model, s, begin(model, s), tau)
         return x, v, min(max(gap, 0.0), travel_of(model)), rate
-    x, v = centre(model, s, tau)
+    dx, v = centre(model, s, tau)
+    x = s.x + dx
     if s.mode != TAIL or s.gap_rate == 0.0:
         return x, v, s.gap, 0.0
     bounce = bounce_of(begin(model, s), model, s)

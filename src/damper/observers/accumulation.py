@@ -23,7 +23,7 @@ from damper.observers.common.settings import Setting
 from damper.parameters.variables import LENGTH, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import TIME as TIME_UNIT
-from damper.theory.accumulation import predict_rest
+from damper.theory.accumulation import MODELS, predict_rest
 
 _OF_IMPACTS = (
     Variable("rebound_speed", "rate of the gap just after the impact", SPEED_UNIT),
@@ -73,15 +73,15 @@ _NONE, _UNKNOWN = 0.0, 3.0
 
 
 class Accumulation(Observer):
-    """Complete bursts of the rigid damper beside theory: what is left after each impact.
+    """Complete bursts between rigid walls beside theory: what is left after each impact.
 
     Raises
     ------
     ValueError
-        When a run is not of the rigid damper with a constant restitution, under a smooth force.
+        When a run has friction or several masses, no constant restitution, or no smooth force.
     """
 
-    models = ("rigid",)
+    models = MODELS
     bursts = Setting(
         20,
         "Most complete bursts of each run to use, the first ones of the window.",

@@ -6,7 +6,6 @@ import math
 from itertools import combinations, product
 from typing import Any
 
-from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import EACH_DRAW
 from damper.parameters.names import OF_ANY_MASS, split
 from damper.parameters.quantities import INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
@@ -183,16 +182,16 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
     acting = {name for point in points for name in point.acting}
     shown = {(section, name): made for section, name, made in study.products() if made.theoretical}
     places: dict[Any, Any] = {place: made.knows for place, made in shown.items()}
-    if "accumulation" in study.observers:
-        # A chatter sequence is on one wall.
-        places[("observers", "accumulation")] = (*BASIC, "restitution_left")
+    laws = {point.law for point in points} - {"constant"}
+    other = min(laws, default="constant")
+    by_law = f"its formulas have a constant restitution, this damper the {other} law"
+    if "accumulation" in study.observers and laws:
+        mistakes.add(("observers", "accumulation"), by_law, "a study with constant restitution")
     for place, known in places.items():
         if study.model != "rigid" and not (study.model == "prescribed" and "carrier" in known):
-            if place[0] == "observers":
-                continue  # as said of all observers
             message = f"its formulas are those of the rigid damper, this is the {study.model} one"
-        elif laws := {point.law for point in points} - {"constant"}:
-            message = f"its formulas have a constant restitution, this damper the {min(laws)} law"
+        elif laws:
+            message = by_law
         elif unknown := acting.difference(known):
             message = f"its formulas do not know {_acting_text(min(unknown), study)}"
         else:

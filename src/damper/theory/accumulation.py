@@ -4,32 +4,34 @@ With w the rebound speed, a = -g'' > 0 the contact force and j = g''' just after
 gap), the infinitely many bounces that follow take
 
     T1 = 2 w / (a (1 - r))
-    T2 = T1 + (4/3) j w^2 / (a^3 (1 - r)^2) - 4 zeta mu r w^2 / ((1 + mu) a^2 (1 - r)^2)
+    T2 = T1 + (4/3) j w^2 / (a^3 (1 - r)^2) - 4 z r w^2 / (a^2 (1 - r)^2)
+    z = (zeta mu + zeta2) / (1 + mu)
 
-with errors O(w^2) and O(w^3): `damper.engine.completion.completion_times`. The pair's centre of
-mass moves as if the masses stuck already, up to O(w^3): from x with the common velocity
-V = (x' + mu y') / (1 + mu). T1 is what Nordmark and Piiroinen (2009) take: their
-2 r v / (a (1 - r)), v = w / r. Derivation: docs/theory.md.
+with errors O(w^2) and O(w^3): `damper.engine.completion.completion_times`. zeta2 is the damping of
+a support of the free mass. A free mass that varies has its mu at the impact: the change enters with
+O(w^3). The pair's centre of mass moves as if the masses stuck already, up to O(w^3): from x with
+the common velocity V = (x' + mu y') / (1 + mu). T1 is what Nordmark and Piiroinen (2009) take:
+their 2 r v / (a (1 - r)), v = w / r. Derivation: docs/theory.md.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from damper.engine.compiled import compiled
 from damper.engine.completion import completion_times
-from damper.engine.forcing import phase_at
-from damper.engine.impact import law_at, restitution_at
-from damper.engine.oscillator import advance, motion_from
+from damper.engine.impact import law_at, mean_of, restitution_at
+from damper.engine.model import begin, mass_ratio_at
 from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity
 from damper.models import model_of
-from damper.models.flights import begin, relative_rates
-from damper.models.masses import Rigid
-from damper.models.walls import time_to_completion
+from damper.models.flights import relative_rates
+from damper.models.walls import centre, time_to_completion
 from damper.parameters import Parameters
-from damper.parameters.dampers import BASIC, require_known
+from damper.parameters.models import require_model
 from damper.parameters.quantities import check_quantity
 from damper.parameters.quantity import finite
 
+#: Models whose chatter sequences the formulas describe.
+MODELS = ("rigid", "grounded", "time_varying", "prescribed")
 #: Longest time, in units of sqrt(M/K), over which a prediction follows the sticking flow.
 LONGEST = 1e6
 
@@ -73,9 +75,10 @@ def predict(
     Raises
     ------
     ValueError
-        For a damper that is not rigid, a force that is a record, another side, restitution = 1, a
-        negative rebound speed, what is not finite, and a contact force that is not positive just
-        after the impact: such a sequence need not complete.
+        For compliant contact, friction, several masses, a table of restitutions, a force that is a
+        record, another side or one without a wall, restitution = 1, a negative rebound speed, what
+        is not finite, and a contact force that is not positive just after the impact: such a
+        sequence need not complete.
     TypeError
         When a value is not a real number.
 
@@ -94,8 +97,9 @@ def predict(
     if w < 0.0:
         raise ValueError(f"rebound_speed = {rebound_speed!r}: must be a finite number >= 0")
     p = parameters
-    if p.model != "rigid":
-        raise ValueError(f"{p!r}: must be a rigid damper, the {p.model} one has other formulas")
+    require_model(p, MODELS, "the prediction")
+    if p.walls == -side:
+        raise ValueError(f"side = {side}: this damper has no wall there, walls = {p.walls:g}")
     if p.law not in ("constant", "yielding"):
         raise ValueError(f"{p!r}: must have a constant restitution at low speeds")
     if not p.forcing.repeats:
@@ -103,8 +107,6 @@ def predict(
             f"forcing = {p.forcing!r}: the prediction is that of a smooth force, not of one from "
             "sample to sample"
         )
-    beside = ("restitution_left", "yield_speed", "yield_exponent", "force_amplitude", "forcing")
-    require_known(p, (*BASIC, *beside), "the prediction")
     if w > p.yield_speed:
         raise ValueError(
             f"rebound_speed = {rebound_speed!r}: must be <= yield_speed = {p.yield_speed!r}, below "
@@ -112,9 +114,9 @@ def predict(
         )
     own = "restitution_left" if side < 0 and p.restitution_left != math.inf else "restitution"
     _check_inelastic(own, getattr(p, own))
-    here = math.fmod(t, p.cycle)
+    periods, here = divmod(t, p.cycle)
     after = Segment(
-        0.0, here, x, v, 0.0, w, float(side), FLIGHT, IMPACT, 0.0, v, 0.0, 0.0, 0.0, 0.0, 0.0
+        periods, here, x, v, 0.0, w, float(side), FLIGHT, IMPACT, 0.0, v, 0.0, 0.0, 0.0, 0.0, 0.0
     )
     found = predict_rest(model_of(p), after)
     if math.isnan(found.first_order_time):
@@ -126,7 +128,7 @@ def predict(
 
 
 @compiled
-def predict_rest(model: Rigid, segment: Segment) -> Prediction:
+def predict_rest(model: Any, segment: Segment) -> Prediction:
     """Predict the rest of a chatter sequence from the segment that one of its impacts begins.
 
     NaN where the contact force is not positive, and of second order where that time is not, which
@@ -141,17 +143,16 @@ def predict_rest(model: Rigid, segment: Segment) -> Prediction:
         return Prediction(math.nan, math.nan, math.nan, math.nan, math.inf)
     if s.gap_rate == 0.0:
         return Prediction(0.0, 0.0, 0.0, 0.0, 0.0)
-    impact_damping = model.free.damping * (model.mass_ratio / (1.0 + model.mass_ratio))
+    mass_ratio = mass_ratio_at(model, s.periods, s.time)
+    impact_damping = mean_of(mass_ratio, model.mass.damping, model.free.damping)
     first, second = completion_times(impact_damping, restitution, force, s.side * j, s.gap_rate)
     _, error = time_to_completion(model, s, start)
-    common = centre_velocity(s, model.mass_ratio)
     dx = math.nan
     if 0.0 < second <= LONGEST:
-        phase = phase_at(model.free.forcing, s.periods, s.time)
-        dx, _ = advance(model.stuck, motion_from(model.stuck, s.x, common, phase), second)
+        dx, _ = centre(model, s, second)
     else:
         second = math.nan
-    return Prediction(first, second, common * first, dx, error / first)
+    return Prediction(first, second, centre_velocity(s, mass_ratio) * first, dx, error / first)
 
 
 def _check_inelastic(name: str, restitution: float) -> None:

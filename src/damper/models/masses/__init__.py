@@ -262,8 +262,7 @@ def _centre(model, segment, tau):
     phase = phase_at(model.stuck.forcing, s.periods, s.time)
     common = centre_velocity(s, model.mass_ratio)
     together = motion_from(model.stuck, s.x + shift, common, phase)
-    dx, v = advance(model.stuck, together, tau)
-    return s.x + dx, v
+    return advance(model.stuck, together, tau)
 
 
 # --- slides

@@ -99,8 +99,7 @@ def _centre(model, segment, tau):
     phase = phase_at(model.free.forcing, s.periods, s.time)
     mass_ratio, _, _ = modulation(model.variation, s.periods, s.time)
     common = centre_velocity(s, mass_ratio)
-    dx, v = advance_together(model, s.periods, s.time, s.x, common, phase, tau)
-    return s.x + dx, v
+    return advance_together(model, s.periods, s.time, s.x, common, phase, tau)
 
 
 @declared.mass_ratio_at.of(TimeVarying)
