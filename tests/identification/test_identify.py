@@ -16,6 +16,7 @@ from damper.identification.fit import Fitter
 from damper.identification.problem import RecordedDamper, _heard
 from damper.shell import main
 from damper.sizing.answer import cube_of
+from damper.study.yaml_file import dump_yaml
 from damper.sweep.points import one_run
 
 FRAME = {
@@ -133,6 +134,26 @@ def test_measured_tennis_ball():
     (study,) = found.studies.values()
     assert not {"forcing_frequency", "force_amplitude"} & {*study["parameters"]}
     assert cube_of(study).trajectory_time.max() > 1.3
+
+
+def test_a_known_table_and_its_study(tmp_path, monkeypatch):
+    """A table of a mass as a file beside the machine's; its study has the rows, and runs."""
+    monkeypatch.setattr("damper.identification.fit._ROUNDS", ((20, 1), (20, 1)))
+    rows = [[0.5, 0.9], [5.0, 0.75]]
+    (tmp_path / "law.csv").write_text("speed (m/s),r\n0.5,0.9\n5,0.75\n")
+    table = {"restitution_table": "law.csv"}
+    machine = FLOOR | {"masses": [table]}
+    (tmp_path / "floor.yaml").write_text(yaml.safe_dump(machine))
+    record = damper.Recording([0.5007, 0.3805, 0.2895, 0.2303], kind="intervals")
+    found = damper.identify(record, ["initial_position"], tmp_path / "floor.yaml")
+    (study,) = found.studies.values()
+    assert study["masses"] == [{"restitution_table": rows}]
+    common = damper.identify(record, ["initial_position"], FLOOR, restitution_table=rows)
+    assert common["initial_position"] == pytest.approx(found["initial_position"], rel=1e-6)
+    (study,) = common.studies.values()
+    assert study["parameters"]["restitution_table"] == rows
+    speeds = cube_of(yaml.safe_load(dump_yaml(study))).trajectory_event
+    assert np.isfinite(speeds).sum() >= 5
 
 
 def test_decay_page_and_study(tmp_path, monkeypatch):
@@ -293,6 +314,7 @@ def test_files(tmp_path):
         ({"free": ["r"], "ranges": {"r": (0.5, 1.5)}}, "must go up within 0 to 1"),
         ({"free": ["r"], "ranges": {"r": 3}}, "must have a lowest and a highest value"),
         ({"free": ["r"], "starts": {"r": 2.0}}, "restitution = 2: starts outside of its range"),
+        ({"free": ["r"], "restitution_table": [(1, 0.5)]}, "the two exclude each other"),
         ({"free": ["r"], "kind": "sound"}, "unknown kind 'sound'"),
         ({"free": ["d"], "stiffnes": 3.0}, "unknown parameter 'stiffnes'"),
     ],

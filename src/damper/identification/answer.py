@@ -21,8 +21,8 @@ from damper.parameters.forcing import forcing_of, left_out
 from damper.parameters.lazy import pd
 from damper.parameters.named import completed
 from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
-from damper.parameters.quantities import INITIAL_NAMES
-from damper.parameters.tables import WALL_TABLES
+from damper.parameters.quantities import INITIAL_NAMES, is_si
+from damper.parameters.tables import WALL_TABLES, read_table
 from damper.sizing.words import text_of
 from damper.study.yaml_file import read_yaml
 
@@ -209,9 +209,11 @@ def _read(machine: Any, known: Mapping[str, Any]) -> tuple[dict[str, Any], dict[
         machine = dict(read_yaml(Path(machine)).data)
         for one in machine.get("records", ()):
             one["file"] = str(folder / one["file"])
-        for name in WALL_TABLES:
-            if isinstance(machine.get(name), str):
-                machine[name] = folder / machine[name]
+        for one in (machine, *(machine.get("masses") or ())):
+            for name in WALL_TABLES if isinstance(one, dict) else ():
+                if isinstance(one.get(name), str):
+                    unit = "m/s" if is_si(machine) else "1"
+                    one[name] = read_table(name, folder / one[name], unit)
     elif isinstance(machine, Parameters | SIParameters):
         machine = machine.given
     elif not isinstance(machine, Mapping | None):
@@ -380,18 +382,30 @@ def _study(problem: RecordedDamper, fit: Fit, k: int) -> dict[str, Any]:
     record, values = problem.records[k], problem.values_of(fit.point, k)
     parameters, _ = problem.start(values, 0.0)
     force = values.pop("forcing", None)
-    masses = values.pop("masses", None)
+    values.pop("masses", None)
     free = left_out(parameters.forcing, problem.si)
-    given = {name: float(v) for name, v in values.items() if free.get(name) != v}
+    given = {name: v for name, v in values.items() if v is not None and free.get(name) != v}
+    # Of a table also where it was given as a file.
+    given |= {name: getattr(parameters, name) for name in WALL_TABLES if name in given}
     span = float(record.times.sum() if record.kind == "intervals" else np.ptp(record.times))
     study: dict[str, Any] = {
         "title": f"{record.label}: as identified",
         "source": "identified by damper.identify",
-        "parameters": given,
+        "parameters": _plain(given),
         "transient": 0,
         "periods": max(math.ceil(span / parameters.cycle), 1),
         "observers": {"trajectory": {"samples_per_period": 200}, "bursts": {}},
     }
     if force is not None:
         study["forcing"] = dict(parameters.forcing.settings)
-    return study | ({"masses": masses} if masses else {})
+    if parameters.masses:
+        study["masses"] = [_plain(dict(mass)) for mass in parameters.masses]
+    return study
+
+
+def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of a damper or a mass as a study's file has them."""
+    return {
+        name: [list(row) for row in value] if name in WALL_TABLES else float(value)
+        for name, value in values.items()
+    }

@@ -19,6 +19,7 @@ from damper.parameters.named import damper_of
 from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
 from damper.parameters.quantity import Quantity
+from damper.parameters.tables import TABLE_OF
 from damper.parameters.units import SI_UNITS
 from damper.sweep.points import read_point
 
@@ -111,7 +112,7 @@ class RecordedDamper:
         ranges: Mapping[str, Sequence[float]],
     ) -> None:
         self.records, self.known = records, dict(known)
-        self.si = self.is_si(known)
+        self.si = is_si(known)
         #: Whether derivatives are as good as the motion, or all of them differences of runs, which
         #: take less time and no compilation.
         self.fine = self.rough = False
@@ -128,6 +129,12 @@ class RecordedDamper:
                     raise ValueError(
                         f"{what}: {name} is not free: must be one of {', '.join(free)}"
                     )
+        for wall, table in TABLE_OF.items():
+            if wall in self.free and self.known.get(table) is not None:
+                raise ValueError(
+                    f"{wall} is free, and {table} is given: the two exclude each other; leave one "
+                    "of them out"
+                )
         if len(set(self.free)) < len(self.free):
             raise ValueError(f"free = {list(free)}: names one quantity twice")
         if "scale" in self.free and not any(record.is_sampled for record in records):
@@ -137,11 +144,6 @@ class RecordedDamper:
         self._check_units()
         self.unknowns = list(self._all())
         self.noise = [record.noise or self.size(k) for k, record in enumerate(records)]
-
-    @staticmethod
-    def is_si(known: Mapping[str, Any]) -> bool:
-        """Whether quantities are in SI units."""
-        return is_si([name for name in known if name not in ("forcing", "masses")])
 
     def check(self, point: np.ndarray) -> None:
         """Raise TypeError or ValueError where no record can be run at all."""
