@@ -8,25 +8,25 @@ from mpmath import mp, mpf
 from damper.engine.compiled import compiled
 from damper.engine.model import begin
 from damper.engine.segment import FLIGHT, IMPACT, TAIL, Segment
-from damper.models.walls import centre, time_to_completion
+from damper.models.walls import centre, time_to_accumulation
 from damper.verification.reference import GUARD_DIGITS, Event, exact_run
 
 
 @compiled
 def tail(model, time, side, x, v, rate):
-    """Time to the completion point after an impact, its error, and x and v there.
+    """Time to the accumulation point after an impact, its error, and x and v there.
 
     The impact is at the local time `time` on the wall `side`; `x`, `v` and the gap's `rate` are
     those just after it.
     """
     s = Segment(0.0, time, x, v, 0.0, rate, side, FLIGHT, IMPACT, 0.0, v, 0.0, 0.0, 0.0, 0.0, 0.0)
     start = begin(model, s)
-    duration, error = time_to_completion(model, s, start)
+    duration, error = time_to_accumulation(model, s, start)
     s = Segment(
         0.0, time, x, v, 0.0, rate, side, TAIL, IMPACT, 0.0, v, 0.0, duration, 0.0, 0.0, 0.0
     )
-    end_x, end_v = centre(model, s, duration)
-    return duration, error, end_x, end_v
+    dx, end_v = centre(model, s, duration)
+    return duration, error, x + dx, end_v
 
 
 def largest_rate(model, time, side, x, v, target):
@@ -50,7 +50,7 @@ def completed(
     within: float,
     digits: int = 25,
 ) -> Event:
-    """Return the completion point in many digits, with the time since the impact.
+    """Return the accumulation point in many digits, with the time since the impact.
 
     The arguments are those of `tail`; `within` is a time in which nothing else happens.
     """

@@ -327,12 +327,12 @@ def test_compiled_code_gives_no_named_tuple_back(model: str) -> None:
 #: An entry whose result comes from a function of another module.
 SMALL = """
 from damper.engine.compiled import COMPILED, cache_folder, compile_at_once
-from damper.engine.completion import completion
+from damper.engine.accumulation import accumulation
 from damper.engine.impact import ConstantRestitution
 assert COMPILED
 compile_at_once()
 print(cache_folder().name)
-print(completion(ConstantRestitution(0.5), 0.0, 0.0, 0.1, 1.0, 0.0, 0.25)[0])
+print(accumulation(ConstantRestitution(0.5), 0.0, 0.0, 0.1, 1.0, 0.0, 0.25)[0])
 """
 
 

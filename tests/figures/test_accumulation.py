@@ -1,4 +1,4 @@
-"""Errors of predicted completions over the rebound speed: points, laws and what the legend says."""
+"""Errors of predicted accumulation over the rebound speed: points, laws, and the legend."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
 
 import damper
-from damper.analysis.completion import errors_of
+from damper.analysis.accumulation import errors_of
 from damper.figures.common.style import BLUE, VERMILION
 
 POINT = {"mass_ratio": 0.2, "frequency_ratio": 0.25, "clearance": 0.03}

@@ -11,7 +11,7 @@ from event_pairs import KINDS
 from damper import Parameters, State, events
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
 from damper.models import start_run
-from damper.models.several.bodies import CAUSE, COMPLETION, GAP, LEFT, MODE, RATE, SIDE, WIDTH
+from damper.models.several.bodies import ACCUMULATION, CAUSE, GAP, LEFT, MODE, RATE, SIDE, WIDTH
 from damper.models.several.log import segment_of_all
 from damper.models.several.motion import state_in
 from damper.models.several.pinch import close_pinch, share_of_pinch
@@ -85,7 +85,7 @@ def test_what_is_left_is_the_sum_of_all_impacts() -> None:
             if before[0, MODE] == TAIL:
                 left = float(sum(step for step, _ in made[number:]))
                 # Each turn takes no more than its part of the one before.
-                assert left * (1 - 1e-12) <= -before[0, COMPLETION] < 3 * left, seed
+                assert left * (1 - 1e-12) <= -before[0, ACCUMULATION] < 3 * left, seed
                 break
         assert (before[0, MODE] == TAIL) == (len(made) == 200), seed
     assert 10 < endless < 50
@@ -149,7 +149,7 @@ def test_a_mass_that_rests_among_those_that_pinch_has_no_speed_left() -> None:
     """It comes to rest on its wall at the instant at which the speeds of others fade away."""
     model, bodies = pinched(0)
     bodies[:, [MODE, GAP, RATE]] = TAIL, 0.0, 0.0
-    bodies[:, COMPLETION] = -1e-200, 0.0
+    bodies[:, ACCUMULATION] = -1e-200, 0.0
     segment = segment_of_all(0.0, 0.0, 0.1, 0.2, bodies)
     x, v, y, u = state_in(model, segment, 0.0)
     assert (x, v, u.tolist()) == (0.1, 0.2, [0.2, 0.2])

@@ -61,7 +61,7 @@ def test_slow_chatter_to_what_a_double_position_allows() -> None:
 
 
 @functools.cache
-def completion_time(scene: tuple) -> float:
+def accumulation_time(scene: tuple) -> float:
     """Return the end of the first complete chatter sequence from rest."""
     found = events(scene, until=50.0)
     near = found["time"][found["kind"] == 1][0]
@@ -71,12 +71,12 @@ def completion_time(scene: tuple) -> float:
 
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-11])
 @pytest.mark.parametrize("scene", [CHATTER, (5.0, 0.3, 0.4, 0.1, 0.8)])
-def test_accuracy_is_the_error_of_the_completion_time(scene: tuple, accuracy: float) -> None:
+def test_accuracy_is_the_error_of_the_accumulation_time(scene: tuple, accuracy: float) -> None:
     """And of nothing else: what lies before the tail is bit-identical."""
     fine = events(scene, until=50.0)
     coarse = events(scene, until=50.0, accuracy=accuracy)
     stick = coarse["time"][coarse["kind"] == 1][0]
-    assert abs(stick - completion_time(scene)) <= accuracy + 5e-13
+    assert abs(stick - accumulation_time(scene)) <= accuracy + 5e-13
     same = min(np.argmax(fine["kind"] == 1), np.argmax(coarse["kind"] == 1))
     assert same >= 3
     assert np.array_equal(coarse[:same], fine[:same])

@@ -134,7 +134,7 @@ def tails_in(p: Parameters, state: State, accuracy: float) -> list[Any]:
     run = start_run(p, state, accuracy)
     rows = [row for log in run.segments(*run.whole_periods(0.3)) for row in log.copy()]
     found = [read_segment(run.model, row) for row in rows]
-    return [s for s in found if s.cause == IMPACT and s.bodies[0, MODE] == TAIL and s.completion]
+    return [s for s in found if s.cause == IMPACT and s.bodies[0, MODE] == TAIL and s.accumulation]
 
 
 @pytest.mark.parametrize(("friction", "order"), [(0.3, 2), (0.0, 3)])
@@ -187,7 +187,7 @@ def test_energy_in_any_part_of_a_tail(friction: float) -> None:
         [s], model = tails_in(p, state, 1e-3), start_run(p).model
         found = []
         for low, high in pairwise((0.0, 0.07, 0.2, 0.35, 0.77, 1.0)):
-            ends = low * s.completion, high * s.completion
+            ends = low * s.accumulation, high * s.accumulation
             part = integrate_segment(model, prepare_tables(model), s, *ends, 0.0)
             stored = [stored_energy(model, s, tau) for tau in ends]
             lost = (

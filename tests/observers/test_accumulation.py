@@ -57,14 +57,14 @@ def assert_as_expected(found: dict[str, np.ndarray], scene: Scene) -> int:
     impacts = found["rebound_speed"].shape[1]
     bursts = list(expected(scene))
     assert found["complete_bursts"] == len(bursts)
-    listed = bursts[: len(found["completion_wall"])]
-    assert np.isnan(found["completion_wall"][len(listed) :]).all()
+    listed = bursts[: len(found["accumulation_wall"])]
+    assert np.isnan(found["accumulation_wall"][len(listed) :]).all()
     assert np.isnan(found["rebound_speed"][len(listed) :]).all()
     missing = 0
     for number, burst in enumerate(listed):
-        assert found["completion_wall"][number] == burst["wall"]
-        assert found["completion_impacts"][number] == len(burst["hits"])
-        assert found["completion_displacement"][number] == burst["displacement"]
+        assert found["accumulation_wall"][number] == burst["wall"]
+        assert found["accumulation_impacts"][number] == len(burst["hits"])
+        assert found["accumulation_displacement"][number] == burst["displacement"]
         count = min(len(burst["hits"]), impacts)
         for name in ("rebound_speed", "remaining_time", "remaining_displacement"):
             values = found[name][number]
@@ -142,7 +142,7 @@ def test_predictions_of_other_dampers(values: dict[str, Any]) -> None:
 
 
 def test_known_burst_to_forty_digits() -> None:
-    """Model section 7: completion at 44.249718778208865; no further off than it says."""
+    """Model section 7: accumulation at 44.249718778208865; no further off than it says."""
     scene = Scene(SLOW, 0, 2)
     found = scene.observed("accumulation")
     with mp.workdps(40):
@@ -152,17 +152,17 @@ def test_known_burst_to_forty_digits() -> None:
     assert abs(stick.time - 44.249718778208865) < 1e-14
     burst = [event for event in run if event.kind == "impact" and event.side == stick.side]
     burst = [event for event in burst if stick.time - event.time < 10]
-    count = int(found["completion_impacts"][0])
+    count = int(found["accumulation_impacts"][0])
     assert 15 < count <= len(burst)
-    sharp = found["completion_time_uncertainty"][0]
+    sharp = found["accumulation_time_uncertainty"][0]
     assert 1e-15 < sharp < 2e-12
-    assert abs(found["completion_displacement"][0] - stick.x) < 1e-12
+    assert abs(found["accumulation_displacement"][0] - stick.x) < 1e-12
     for k, event in enumerate(burst[:count]):
         # The impact's own time has an error as well.
         off = abs(found["remaining_time"][0, k] - (stick.time - event.time))
         assert off < sharp + 1e-13
         moved = abs(found["remaining_displacement"][0, k] - (stick.x - event.x))
-        assert moved < found["completion_displacement_uncertainty"][0] + 1e-13
+        assert moved < found["accumulation_displacement_uncertainty"][0] + 1e-13
         w = found["rebound_speed"][0, k]
         assert w == pytest.approx(float(mpf("0.6") * event.approach_speed), rel=1e-9, abs=1e-13)
 

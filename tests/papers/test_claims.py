@@ -277,7 +277,7 @@ def test_prediction(first: float, second: float, verdict: str) -> None:
     dims = ("restitution", "complete_burst", "burst_impact")
     for quantity in ("time", "displacement"):
         cube[f"remaining_{quantity}"] = dims, left[None, None]
-        cube[f"completion_{quantity}_uncertainty"] = dims[:2], [[1e-12]]
+        cube[f"accumulation_{quantity}_uncertainty"] = dims[:2], [[1e-12]]
         for order, part in (("first", first), ("second", second)):
             cube[f"{order}_order_{quantity}"] = dims, (left * (1 + part * better))[None, None]
     cube["rebound_speed"] = dims, (left / 4.0)[None, None]

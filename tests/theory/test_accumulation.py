@@ -1,4 +1,4 @@
-"""Completion of chatter sequences in closed form, against all bounces in many digits."""
+"""Accumulation of chatter sequences in closed form, against all bounces in many digits."""
 
 import math
 import random
@@ -10,7 +10,7 @@ from mpmath import mpf
 from tails import completed
 
 from damper import Parameters
-from damper.engine.completion import completion_times
+from damper.engine.accumulation import accumulation_times
 from damper.engine.segment import TAIL, Segment
 from damper.models import start_run
 from damper.parameters import State
@@ -23,7 +23,7 @@ P = Parameters(0.5, 0.2, 0.3, 0.5, 0.6)
 def resolved(
     p: Parameters, side: int, time: float, x: float, v: float, w: float, digits: int = 30
 ) -> tuple[mpf, mpf]:
-    """Time and displacement from an impact to completion; the other wall is far away."""
+    """Time and displacement from an impact to accumulation; the other wall is far away."""
     within = 2.0 * predict(p, side, time, x, v, w).first_order_time
     values = p.given | {"clearance": mpf(1000)}
     end = completed(values, time, side, x, v, w, within=within, digits=digits)
@@ -108,13 +108,13 @@ def test_second_order_is_what_the_engine_closes_tails_with() -> None:
     log = next(trajectory.segments(0.0, 3.0))
     (tail,) = (segment for segment in map(Segment._make, log) if segment.mode == TAIL)
     found = predict(p, 1, 2.0, tail.x, tail.v, tail.gap_rate)
-    assert found.second_order_time == pytest.approx(tail.completion, rel=1e-14)
+    assert found.second_order_time == pytest.approx(tail.accumulation, rel=1e-14)
     assert found.error * found.first_order_time <= trajectory.model.tolerance
 
 
 def test_where_theory_claims_nothing() -> None:
     """A force that fades at once: the first-order time stands, the second-order one is negative."""
-    first, second = completion_times(0.0, 0.5, 0.1, -1.0, 1.0)
+    first, second = accumulation_times(0.0, 0.5, 0.1, -1.0, 1.0)
     assert first == pytest.approx(40.0)
     assert second < 0.0
     found = predict(P, 1, 0.0, 0.01, 3.0, 1.0)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 import damper
-from damper.theory.small_mass import completes, completion, critical_restitution, first_impact
+from damper.theory.small_mass import accumulation, completes, critical_restitution, first_impact
 
 GAPS = st.floats(1e-3, 3.1)
 
@@ -68,13 +68,13 @@ def test_bursts_complete_up_to_the_limit_and_no_further(gap: float, restitution:
     limit = critical_restitution(gap)
     if abs(restitution - limit) > 1e-14:
         assert completes(gap, restitution) == (restitution < limit)
-    assert completes(gap, restitution) == math.isfinite(completion(gap, restitution))
+    assert completes(gap, restitution) == math.isfinite(accumulation(gap, restitution))
 
 
 @pytest.mark.parametrize(
     ("omega", "gap", "part"), [(0.2, 0.05, 0.9), (1.6, 0.5, 0.999), (0.7, 2.0, 0.9)]
 )
-def test_completion_against_the_engine(omega: float, gap: float, part: float) -> None:
+def test_accumulation_against_the_engine(omega: float, gap: float, part: float) -> None:
     """At no mass, whatever the frequency."""
     restitution = part * float(critical_restitution(gap))
     amplitude = 1.0 / (1.0 - omega**2)
@@ -88,7 +88,7 @@ def test_completion_against_the_engine(omega: float, gap: float, part: float) ->
     first, stick = rows[0], rows[rows["kind"] == 1][0]
     assert first["side"] == stick["side"] == side
     assert omega * first["time"] == pytest.approx(first_impact(gap), rel=1e-13)
-    assert omega * stick["time"] == pytest.approx(completion(gap, restitution), abs=1e-7)
+    assert omega * stick["time"] == pytest.approx(accumulation(gap, restitution), abs=1e-7)
 
 
 @pytest.mark.parametrize("gap", [0.1, 1.5])

@@ -162,7 +162,7 @@ def left_over(values: dict[str, float], last: Event, event: Event) -> list[mpf]:
     return found
 
 
-def left_of_completion(values: dict[str, float], last: Event, event: Event) -> list[mpf]:
+def left_of_accumulation(values: dict[str, float], last: Event, event: Event) -> list[mpf]:
     """The same of an impact with next to no rebound, and of sticking after all that follow it."""
     regime, side, w = Regime(values, "", last.side, last.time), last.side, last.rate
     z = regime.state(last)
@@ -176,7 +176,7 @@ def left_of_completion(values: dict[str, float], last: Event, event: Event) -> l
 
 @pytest.mark.parametrize("name", thinned(SCENES, OFTEN.__contains__))
 def test_events_are_what_they_mean(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Motions by matrix exponentials; completion from a bounce of next to no height."""
+    """Motions by matrix exponentials; accumulation from a bounce of next to no height."""
     values, state, until, kinds = SCENES[name]
     monkeypatch.setattr(reference, "RESOLVED", 1e-30)
     found = exact_run(values, state, until=until)
@@ -188,7 +188,7 @@ def test_events_are_what_they_mean(name: str, monkeypatch: pytest.MonkeyPatch) -
         for last, event in pairwise([start, *found.events]):
             error = "1e-56"
             if last.kind == "impact" and event.kind == "stick":
-                off = left_of_completion(values, last, event)
+                off = left_of_accumulation(values, last, event)
             else:
                 off = left_over(values, last, event)
                 if "modulation_depth" in values and last.kind == "stick":

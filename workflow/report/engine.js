@@ -107,7 +107,7 @@ damper.bracketed = (a, low, high) => {
 damper.begin = (model, [x, v, y, u] = [0, 0, 0, 0]) => {
   const d = model.clearance, side = y >= x ? 1 : -1, gap = d - side * (y - x), rate = -side * (u - v);
   const s = { cycles: 0, time: 0, x, v, gap, rate, side, mode: FLIGHT, cause: NOTHING, speed: 0, first: 0,
-    completion: 0 };
+    accumulation: 0 };
   if (d === 0) {
     return { ...s, v: (v + model.mass * u) / (1 + model.mass), gap: 0, rate: 0, side: 0, mode: STICKING };
   }
@@ -130,8 +130,8 @@ damper.stays = (model, s) => {
   return s.side * (a || j || snap) <= 0;
 };
 
-// Time to the completion point after an impact, and the error of that (damper.engine.completion).
-damper.completion = (model, s) => {
+// Time to the accumulation point after an impact, and the error of that (damper.engine.accumulation).
+damper.accumulation = (model, s) => {
   const { a, j, size } = damper.rates(model, s), r = model.restitution[s.side], force = -s.side * a;
   if (!(force > 0 && r < 1)) return [0, Infinity];
   const jerk = s.side * j, damping = model.free.damping, first = 2 * s.rate / (force * (1 - r));
@@ -147,9 +147,9 @@ damper.after_impact = (model, s) => {
   const next = { ...s, v: s.v + s.side * mass * (1 + r) / (1 + mass) * speed, gap: 0, rate: r * speed,
     mode: FLIGHT, cause: IMPACT, speed, first: s.first || speed };
   if (next.rate === 0) return damper.stays(model, next) ? { ...next, mode: TAIL } : next;
-  const [left, error] = damper.completion(model, next);
+  const [left, error] = damper.accumulation(model, next);
   const closes = error <= model.tolerance && 0.25 * next.rate * left * (1 - r) <= model.clearance;
-  return closes ? { ...next, mode: TAIL, completion: left } : next;
+  return closes ? { ...next, mode: TAIL, accumulation: left } : next;
 };
 
 // A step in sticking or flight: terms of the displacement, and of the gap or contact force.
@@ -183,12 +183,12 @@ damper.following = (model, s, limit) => {
     s.duration = tau;
     const turns = Math.floor((s.time + tau) / model.cycle);
     return { ...s, cycles: s.cycles + turns, time: s.time + tau - turns * model.cycle, gap: 0, speed: 0,
-      completion: 0, ...more };
+      accumulation: 0, ...more };
   };
   if (s.mode === TAIL) {
-    if (s.completion > limit) return null;
-    const [[x, v]] = damper.flow(model, s, [s.completion]);
-    return then(s.completion, { x, v, rate: 0, mode: STICKING, cause: STICK, first: 0 });
+    if (s.accumulation > limit) return null;
+    const [[x, v]] = damper.flow(model, s, [s.accumulation]);
+    return then(s.accumulation, { x, v, rate: 0, mode: STICKING, cause: STICK, first: 0 });
   }
   let at = { x: s.x, v: s.v, gap: s.gap, rate: s.rate, tau: 0 };
   while (at.tau <= limit) {
@@ -252,7 +252,7 @@ damper.motion = (model, s, times) => damper.flow(model, s, times).map(([x, v], k
     rate = s.rate + s.side * (v - s.v + fallen);
   } else if (s.mode === TAIL && s.rate > 0) {
     const share = s.side * model.mass / (1 + model.mass);
-    [gap, rate] = damper.bounce(model.restitution[s.side], s.completion, s.rate, tau);
+    [gap, rate] = damper.bounce(model.restitution[s.side], s.accumulation, s.rate, tau);
     [x, v] = [x + share * gap, v + share * rate];
   }
   return [x, v, x + s.side * (model.clearance - gap), v - s.side * rate];

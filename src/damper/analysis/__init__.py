@@ -15,7 +15,7 @@ HOME = {
     "burst_statistics": "bursts",
     "chatter_in_range": "intervals",
     "chatter_intervals": "intervals",
-    "completion_errors": "completion",
+    "accumulation_errors": "accumulation",
     "damping_shares": "optimum",
     "distance_to_rigid": "convergence",
     "first_lasting_change": "sections",

@@ -42,8 +42,8 @@ class Segment(NamedTuple):
     """Velocity of the primary just before what began it."""
     first_speed: float
     """Approach speed of the first impact of the burst under way, 0 if there is none."""
-    completion: float
-    """Time to the completion point of a TAIL; of a CONTACT that of the touch to here; else 0."""
+    accumulation: float
+    """Time to the accumulation point of a TAIL; of a CONTACT that of the touch to here; else 0."""
     duration: float
     """Length of the segment; where the run stops, up to there."""
     y: float
@@ -55,7 +55,7 @@ class Segment(NamedTuple):
 
 
 (PERIODS, TIME, X, V, GAP, GAP_RATE, SIDE, MODE, CAUSE, SPEED, V_BEFORE) = range(11)
-(FIRST_SPEED, COMPLETION, DURATION, Y, U) = range(11, 16)
+(FIRST_SPEED, ACCUMULATION, DURATION, Y, U) = range(11, 16)
 COLUMNS = len(Segment._fields)
 
 #: How the masses move in a segment. A tail is the closed rest of a complete chatter sequence.

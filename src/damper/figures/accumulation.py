@@ -1,4 +1,4 @@
-"""Errors of predicted burst completions over the rebound speed, with their slopes."""
+"""Errors of predicted accumulation of bursts over the rebound speed, with their slopes."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from damper.analysis import completion
-from damper.analysis.completion import ORDERS, PREDICTED, SHARP, Errors, errors_of
+from damper.analysis import accumulation
+from damper.analysis.accumulation import ORDERS, PREDICTED, SHARP, Errors, errors_of
 from damper.figures.common import panels
 from damper.figures.common.layout import select
 from damper.figures.common.style import BLACK, BLUE, VERMILION, label
@@ -31,9 +31,9 @@ _HEADROOM = 0.25
 
 
 class AccumulationFigure(FigureSettings):
-    """Errors of the predicted completion of bursts over the rebound speed, log-log.
+    """Errors of the predicted accumulation of bursts over the rebound speed, log-log.
 
-    Completion time on the left, completion point on the right; theory of both orders, the first
+    Accumulation time on the left, accumulation point on the right; theory of both orders, the first
     impact of each burst apart, and the expected slopes 2 and 3.
     """
 
@@ -51,14 +51,14 @@ class AccumulationFigure(FigureSettings):
 
 
 def draw(results: Mapping[str, Any], settings: AccumulationFigure) -> Figure:
-    """Draw the errors of completion time (left) and point (right) over the rebound speed.
+    """Draw the errors of accumulation time (left) and point (right) over the rebound speed.
 
     All bursts of a point are drawn over each other, and so are directions and random states.
     """
     cube, rows, at = results["cube"], settings.rows, settings.at
     branches = [dim for dim in ("direction", "draw") if dim in cube.dims and dim not in (at or {})]
     place = select(
-        cube, completion.VARIABLES, at, (rows, completion.BURST, completion.IMPACT, *branches)
+        cube, accumulation.VARIABLES, at, (rows, accumulation.BURST, accumulation.IMPACT, *branches)
     )
     shown = panels.parts(place, rows)
     figure, axes = panels.panel_grid(len(shown), 2, height=1.0 + 2.1 * len(shown))
@@ -75,7 +75,7 @@ def draw(results: Mapping[str, Any], settings: AccumulationFigure) -> Figure:
 def _panel(ax: Axes, panel: xr.Dataset, quantity: str) -> None:
     units = units_of(panel[f"remaining_{quantity}"].attrs)
     name = "time" if quantity == "time" else "point"
-    ax.set_ylabel(label(f"error of completion {name}", "", units))
+    ax.set_ylabel(label(f"error of accumulation {name}", "", units))
     drawn = {order: errors_of(panel, quantity, order) for order in ORDERS}
     shown = [found for found in drawn.values() if _visible(found).any()]
     if not shown:
@@ -85,7 +85,7 @@ def _panel(ax: Axes, panel: xr.Dataset, quantity: str) -> None:
     ax.set_yscale("log")
     for order, found in drawn.items():
         _points(ax, found, order)
-    roundoff = float(np.nanmedian(panel[f"completion_{quantity}_uncertainty"]))
+    roundoff = float(np.nanmedian(panel[f"accumulation_{quantity}_uncertainty"]))
     sizes = np.concatenate([np.abs(found.error[_visible(found)]) for found in shown])
     low = 0.1 * SHARP * roundoff
     high = max(sizes.max(), 10.0 * low)

@@ -29,7 +29,7 @@ def model_of(
     ----------
     parameters : Parameters
     accuracy : float, default 1e-12
-        Largest error of a completion time, in units of sqrt(M/K) (of 1/omega where that is
+        Largest error of an accumulation time, in units of sqrt(M/K) (of 1/omega where that is
         shorter). Everything else is exact to roundoff.
     along_friction : bool, optional
         Whether slides stop also where there is no friction yet, for rigid walls.

@@ -6,6 +6,8 @@
 import math
 from typing import Any, NamedTuple
 
+from damper.engine.accumulation import accumulation, sticks
+from damper.engine.accumulation import bounce_at as frictionless_bounce_at
 from damper.engine.bodies import (
     Alone,
     Ballistic,
@@ -20,8 +22,6 @@ from damper.engine.bodies import (
     sum_after,
 )
 from damper.engine.compiled import compiled
-from damper.engine.completion import bounce_at as frictionless_bounce_at
-from damper.engine.completion import completion, sticks
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import bound_of, horizon, may_jump, phase_at
 from damper.engine.impact import law_at, mean_of, restitution_at, restitution_change
@@ -283,7 +283,7 @@ def stays(model: Any, segment: Segment, start: Any) -> bool:
 
 @compiled
 def completes(model: Any, mass_ratio: float, segment: Segment, start: Any) -> tuple[float, float]:
-    """Time to the completion point after the impact that begins a segment, and its error."""
+    """Time to the accumulation point after the impact that begins a segment, and its error."""
     free = model.free
     side = segment.side
     a, j, _, scale = relative_rates(start, model)
@@ -292,7 +292,7 @@ def completes(model: Any, mass_ratio: float, segment: Segment, start: Any) -> tu
     impact_damping = mean_of(mass_ratio, damping, free.damping)
     dashpot_rate = 2.0 * (free.damping + damping)
     law = law_at(model.law, side)
-    left, error = completion(
+    left, error = accumulation(
         law, impact_damping, dashpot_rate, scale, force, side * j, segment.gap_rate
     )
     if left > horizon(free.forcing, start.phase):
@@ -331,7 +331,7 @@ def bounce_from(start: Any, flight: Any, segment: Segment, friction: float) -> B
 def completes_rubbing(
     start: Any, flight: Any, segment: Segment, friction: float
 ) -> tuple[float, float]:
-    """Time to the completion point after an impact, to first order, and its error.
+    """Time to the accumulation point after an impact, to first order, and its error.
 
     The arguments are those of `bounce_from`. An infinite error says that the sequence need not
     complete from here. docs/models.md.

@@ -29,10 +29,10 @@ import math
 from importlib import import_module
 from typing import Any, NamedTuple
 
+from damper.engine.accumulation import bounce_at
 from damper.engine.bodies import Ballistic, FixedStop, strength_on, weight_on
 from damper.engine.bounds import bounds_ahead
 from damper.engine.compiled import compiled
-from damper.engine.completion import bounce_at
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import HORIZON, common, force_rates, phase_at, rate_of
 from damper.engine.forcing.weighed import WeighedForce
@@ -486,7 +486,7 @@ def tail_of(model: Any, mass_ratio: float, segment: Segment, start: Motion, shif
     restitution = restitution_at(law_at(model.law, s.side), 0.0)
     apart = model.free.strength - strength_on(model.mass)
     return Tail(
-        start, shift, apart * force, apart * force1, share, restitution, s.gap_rate, s.completion
+        start, shift, apart * force, apart * force1, share, restitution, s.gap_rate, s.accumulation
     )
 
 

@@ -10,10 +10,10 @@ takes it from the flow before to the flow after (Leine and Nijmeijer, Dynamics a
 Non-Smooth Mechanical Systems, Springer 2004): g is the jump and G its derivative, f the
 time derivative of the state before and after, n the gradient of the gap. Where the engine closes a
 complete chatter sequence, g also lets the masses join: their centre follows the flow of sticking
-from there on, so two directions vanish at once, and the completion time does not matter. A release
-changes no time derivative: nothing happens to a deviation. Nor does it where the force jumps, even
-if that throws the masses apart: no deviation moves the time of a jump. Derivations: docs/orbits.md.
-Compliant walls have functions of their own (`damper.models.compliant.tangent`).
+from there on, so two directions vanish at once, and the accumulation time does not matter. A
+release changes no time derivative: nothing happens to a deviation. Nor does it where the force
+jumps, even if that throws the masses apart: no deviation moves the time of a jump. Derivations:
+docs/orbits.md. Compliant walls have functions of their own (`damper.models.compliant.tangent`).
 """
 
 import math

@@ -92,8 +92,8 @@ def own_state(mass: Any, segment: Segment, y: float, u: float) -> tuple[float, f
 
 
 @by_class
-def time_to_completion(model: Any, segment: Segment, start: Any) -> tuple[float, float]:
-    """Time to the completion point after the impact that begins a segment, and its error."""
+def time_to_accumulation(model: Any, segment: Segment, start: Any) -> tuple[float, float]:
+    """Time to the accumulation point after the impact that begins a segment, and its error."""
 
 
 @by_class
@@ -131,8 +131,8 @@ def _following(model: Any, segment: Segment, start: Any) -> Step:
         if end.outcome == EVENT:
             return go_on(model, s, end, FLIGHT, RELEASE if s.mode == STICKING else SLIP)
         return go_on(model, s, end, s.mode, NOTHING)
-    dx, v = centre(model, s, s.completion)
-    end = End(s.completion, EVENT, s.side, s.x + dx, v, 0.0, 0.0, 1)
+    dx, v = centre(model, s, s.accumulation)
+    end = End(s.accumulation, EVENT, s.side, s.x + dx, v, 0.0, 0.0, 1)
     return go_on(model, s, end, STICKING, STICK)
 
 
@@ -238,7 +238,7 @@ def _motion(model, segment, tau):
     if s.mode != TAIL or s.gap_rate == 0.0:
         return x, v, s.gap, 0.0
     bounce = bounce_of(begin(model, s), model, s)
-    gap, rate = bounce_at(bounce, s.completion, s.gap_rate, tau)
+    gap, rate = bounce_at(bounce, s.accumulation, s.gap_rate, tau)
     # The centre follows the sticking flow; the bounces go on about it.
     mass_ratio = mass_ratio_at(model, s.periods, s.time + tau)
     share = s.side * share_of(mass_ratio)
@@ -265,7 +265,7 @@ def _over_impact(model, s, end):
         if stays(start, model, new):
             new = _as(new, TAIL, 0.0)
     else:
-        left, error = time_to_completion(model, new, start)
+        left, error = time_to_accumulation(model, new, start)
         # The next bounce must turn before the other wall; a constant force lets it rise this high.
         rise = 0.25 * rate * left * (1.0 - restitution_at(law, 0.0))
         if error <= model.tolerance and rise <= 0.5 * travel_of(model):
@@ -278,7 +278,7 @@ after_impact = made_of(
     *("periods", "time", "x", "v", "gap_rate", "side", "mode", "cause", "speed", "v_before"),
     "first_speed",
 )
-_as = changed(Segment, "mode", "completion")
+_as = changed(Segment, "mode", "accumulation")
 
 
 #: Relative velocity, over the terms of which a box's velocity is the sum, that is roundoff.

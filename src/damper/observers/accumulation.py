@@ -17,7 +17,7 @@ from damper.engine.model import begin
 from damper.engine.roundoff import EPSILON
 from damper.engine.segment import COLUMNS, IMPACT, STICK, TAIL, segment_at, write_segment
 from damper.engine.trajectory import Trajectory
-from damper.models.walls import time_to_completion
+from damper.models.walls import time_to_accumulation
 from damper.observers.common.base import Observer, Window, fields_of, record_type, since
 from damper.observers.common.settings import Setting
 from damper.parameters.variables import LENGTH, Variable
@@ -27,9 +27,9 @@ from damper.theory.accumulation import MODELS, predict_rest
 
 _OF_IMPACTS = (
     Variable("rebound_speed", "rate of the gap just after the impact", SPEED_UNIT),
-    Variable("remaining_time", "time from the impact to completion", TIME_UNIT),
+    Variable("remaining_time", "time from the impact to accumulation", TIME_UNIT),
     Variable(
-        "remaining_displacement", "primary displacement from the impact to completion", LENGTH
+        "remaining_displacement", "primary displacement from the impact to accumulation", LENGTH
     ),
     Variable("first_order_time", "remaining time predicted to first order", TIME_UNIT),
     Variable("second_order_time", "remaining time predicted to second order", TIME_UNIT),
@@ -47,18 +47,18 @@ _OF_IMPACTS = (
 )
 
 _OF_BURSTS = (
-    Variable("completion_wall", "wall of the burst: -1 left, +1 right", "1"),
-    Variable("completion_impacts", "impacts resolved one by one", "1"),
-    Variable("completion_displacement", "primary displacement at completion", LENGTH),
+    Variable("accumulation_wall", "wall of the burst: -1 left, +1 right", "1"),
+    Variable("accumulation_impacts", "impacts resolved one by one", "1"),
+    Variable("accumulation_displacement", "primary displacement at accumulation", LENGTH),
     Variable(
-        "completion_time_uncertainty",
-        "error estimate of the resolved completion time",
+        "accumulation_time_uncertainty",
+        "error estimate of the resolved accumulation time",
         TIME_UNIT,
         comment="of the closed tail, and rounding",
     ),
     Variable(
-        "completion_displacement_uncertainty",
-        "error estimate of the resolved completion displacement",
+        "accumulation_displacement_uncertainty",
+        "error estimate of the resolved accumulation displacement",
         LENGTH,
     ),
 )
@@ -66,7 +66,7 @@ _OF_BURSTS = (
 _IMPACT = record_type(*(variable.name for variable in _OF_IMPACTS))
 _BURST = record_type(*(variable.name for variable in _OF_BURSTS))
 #: The burst under way: its wall, its impacts so far (-1 if it began before the window), the error
-#: of its completion time; and how many bursts are complete.
+#: of its accumulation time; and how many bursts are complete.
 _STATE = record_type("wall", "impacts", "error", "complete")
 # Walls: no burst under way; nothing read yet.
 _NONE, _UNKNOWN = 0.0, 3.0
@@ -174,18 +174,18 @@ def _follow(model, log, window, states, kept, of_bursts, of_impacts):
                 write_segment(kept[int(state.impacts)], s, s.duration)
             state.impacts += 1.0
             if s.mode == TAIL:
-                _, state.error = time_to_completion(model, s, begin(model, s))
+                _, state.error = time_to_accumulation(model, s, begin(model, s))
 
 
 @compiled
 def _close(model, end, state, kept, burst, of_impacts):
     """Compare a burst with theory; it ends where the segment `end` starts."""
     error = state.error + 2.0 * EPSILON * model.cycle
-    burst.completion_wall = end.side
-    burst.completion_impacts = state.impacts
-    burst.completion_displacement = end.x
-    burst.completion_time_uncertainty = error
-    burst.completion_displacement_uncertainty = abs(end.v) * error + 2.0 * EPSILON * abs(end.x)
+    burst.accumulation_wall = end.side
+    burst.accumulation_impacts = state.impacts
+    burst.accumulation_displacement = end.x
+    burst.accumulation_time_uncertainty = error
+    burst.accumulation_displacement_uncertainty = abs(end.v) * error + 2.0 * EPSILON * abs(end.x)
     for k in range(min(int(state.impacts), len(kept))):
         s = segment_at(kept[k])
         found = predict_rest(model, s)

@@ -80,7 +80,7 @@ BURST = record_type(*(variable.name.removeprefix("burst_") for variable in RECOR
 
 
 class Bursts(Observer):
-    """Bursts: their number, visible impacts and completion."""
+    """Bursts: their number, visible impacts and accumulation."""
 
     bodies = BODIES
     threshold = VISIBILITY

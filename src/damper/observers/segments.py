@@ -20,9 +20,9 @@ _FIELDS: dict[str, tuple[int, str, str]] = {
     "velocity": (columns.V, "primary velocity at its start", SPEED),
     "gap": (columns.GAP, "gap to the segment's wall at its start", LENGTH),
     "gap_rate": (columns.GAP_RATE, "rate of the gap at its start", SPEED),
-    "completion": (
-        columns.COMPLETION,
-        "time to a burst's completion; of contact, since touch",
+    "accumulation": (
+        columns.ACCUMULATION,
+        "time to the accumulation point; of contact, since touch",
         TIME_UNIT,
     ),
     "side": (columns.SIDE, "the segment's wall: -1 left, 1 right", "1"),
@@ -78,7 +78,7 @@ class Segments(Observer):
         if len(rows) and times[0] < 0.0 and rows[0, columns.MODE] != columns.TAIL:
             rows[0, columns.X : columns.GAP_RATE + 1] = self._motion_in(rows[0], -times[0])
             if rows[0, columns.MODE] == columns.CONTACT:
-                rows[0, columns.COMPLETION] -= times[0]
+                rows[0, columns.ACCUMULATION] -= times[0]
             rows[0, columns.CAUSE], times[0] = columns.NOTHING, 0.0
         for name, (column, _, _) in _FIELDS.items():
             values = times if column == columns.TIME else rows[:, column]

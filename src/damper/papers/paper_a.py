@@ -11,8 +11,8 @@ from functools import partial
 
 import numpy as np
 
+from damper.analysis.accumulation import PREDICTED, accumulation_errors
 from damper.analysis.bursts import burst_statistics, list_bursts
-from damper.analysis.completion import PREDICTED, completion_errors
 from damper.analysis.labels import label_of
 from damper.analysis.optimum import GOOD, NEAR, best_clearance, damping_shares
 from damper.analysis.places import within
@@ -243,15 +243,15 @@ def _score_a5(cube: xr.Dataset, tolerances: Tolerances, late: bool = True) -> Sc
 
 
 def _judge_a6(cubes: Cubes) -> Verdict:
-    """Completion time and point predicted from the first impact of each burst."""
-    found = completion_errors(cubes["accumulation"], _ABOUT)
+    """Accumulation time and point predicted from the first impact of each burst."""
+    found = accumulation_errors(cubes["accumulation"], _ABOUT)
     rows: list[tuple[str, ...]] = [
         (
             *(
                 "order",
                 "points",
                 "all times good at the first impact",
-                "all completion points good",
+                "all accumulation points good",
             ),
             *("worst error of a time / duration", "worst error of a point / largest distance"),
             "all errors good from",
@@ -475,7 +475,7 @@ PAPER_A = (
     Statement(
         "A3",
         text=f"at frequency ratio {LOW:.2f} a burst of chatter completes",
-        where="text on Fig. 5(a), and on the completion of chatter below Fig. 7",
+        where="text on Fig. 5(a), and on the accumulation of chatter below Fig. 7",
         stated=f"starts at about t = {ONSET:g}, lasts about {DURATION:g}",
         studies=("paper_a_histories",),
         figures=("paper_a_histories/figures/paper_a_fig_5",),
@@ -535,7 +535,7 @@ PAPER_A = (
     ),
     Statement(
         "A6",
-        text="predicted completion point and duration agree with the simulation",
+        text="predicted accumulation point and duration agree with the simulation",
         where="conclusion",
         stated="no number",
         studies=("accumulation",),

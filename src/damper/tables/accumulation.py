@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from damper.analysis.completion import PREDICTED, SHARP, SMALL, completion_errors
+from damper.analysis.accumulation import PREDICTED, SHARP, SMALL, accumulation_errors
 from damper.parameters.lazy import pd
 from damper.parameters.units import units_of
 from damper.study.products import Product
@@ -35,11 +35,11 @@ def make(results: Mapping[str, Any], settings: AccumulationTable) -> Table:
     """Show how good the predictions are at every point."""
     cube = results["cube"]
     within = settings.within
-    data = completion_errors(cube, within)
+    data = accumulation_errors(cube, within)
     body: list[str | pd.DataFrame] = [
         "After each impact of a complete burst, theory predicts when and where it ends: to first "
         "order in the rebound speed w with an error that falls as w², to second order as w³. "
-        "Completion is resolved bounce by bounce, up to a tail that is itself closed by the "
+        "Accumulation is resolved bounce by bounce, up to a tail that is itself closed by the "
         f"second-order formula; slopes are those of errors above {SHARP:.0f} times the uncertainty "
         "of the end so found, where the estimated relative error of theory is below "
         f"{SMALL:g} (median over pairs of impacts of one burst).",
@@ -56,8 +56,8 @@ def make(results: Mapping[str, Any], settings: AccumulationTable) -> Table:
     for quantity, title in zip(PREDICTED, ("time", "point"), strict=True):
         units = units_of(cube[f"remaining_{quantity}"].attrs)
         some = data[data["quantity"] == quantity]
-        body += [f"## Completion {title}", _cells(some, units, within)]
-    return Table.of(cube, "predicted and simulated completion of bursts", data, body)
+        body += [f"## Accumulation {title}", _cells(some, units, within)]
+    return Table.of(cube, "predicted and simulated accumulation of bursts", data, body)
 
 
 def _summary(found: pd.DataFrame) -> pd.DataFrame:

@@ -7,24 +7,24 @@ gap), the infinitely many bounces that follow take
     T2 = T1 + (4/3) j w^2 / (a^3 (1 - r)^2) - 4 z r w^2 / (a^2 (1 - r)^2)
     z = (zeta mu + zeta2) / (1 + mu)
 
-with errors O(w^2) and O(w^3): `damper.engine.completion.completion_times`. zeta2 is the damping of
-a support of the free mass. A free mass that varies has its mu at the impact: the change enters with
-O(w^3). The pair's centre of mass moves as if the masses stuck already, up to O(w^3): from x with
-the common velocity V = (x' + mu y') / (1 + mu). T1 is what Nordmark and Piiroinen (2009) take:
+with errors O(w^2) and O(w^3): `damper.engine.accumulation.accumulation_times`. zeta2 is the damping
+of a support of the free mass. A free mass that varies has its mu at the impact: the change enters
+with O(w^3). The pair's centre of mass moves as if the masses stuck already, up to O(w^3): from x
+with the common velocity V = (x' + mu y') / (1 + mu). T1 is what Nordmark and Piiroinen (2009) take:
 their 2 r v / (a (1 - r)), v = w / r. Derivation: docs/theory.md.
 """
 
 import math
 from typing import Any, NamedTuple
 
+from damper.engine.accumulation import accumulation_times
 from damper.engine.compiled import compiled
-from damper.engine.completion import completion_times
 from damper.engine.impact import law_at, mean_of, restitution_at
 from damper.engine.model import begin, mass_ratio_at
 from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity
 from damper.models import model_of
 from damper.models.flights import relative_rates
-from damper.models.walls import centre, time_to_completion
+from damper.models.walls import centre, time_to_accumulation
 from damper.parameters import Parameters
 from damper.parameters.models import require_model
 from damper.parameters.quantities import check_quantity
@@ -39,7 +39,7 @@ LONGEST = 1e6
 class Prediction(NamedTuple):
     """Time and travel from an impact to the end of its chatter sequence; NaN without a prediction.
 
-    Times in units of sqrt(M/K); the primary's displacements from that impact to completion, in
+    Times in units of sqrt(M/K); the primary's displacements from that impact to accumulation, in
     units of F0/K. `error` estimates that of the second-order time, relative to the first-order
     one: the formulas hold where it is small, and it is infinite where they claim nothing.
     """
@@ -145,8 +145,8 @@ def predict_rest(model: Any, segment: Segment) -> Prediction:
         return Prediction(0.0, 0.0, 0.0, 0.0, 0.0)
     mass_ratio = mass_ratio_at(model, s.periods, s.time)
     impact_damping = mean_of(mass_ratio, model.mass.damping, model.free.damping)
-    first, second = completion_times(impact_damping, restitution, force, s.side * j, s.gap_rate)
-    _, error = time_to_completion(model, s, start)
+    first, second = accumulation_times(impact_damping, restitution, force, s.side * j, s.gap_rate)
+    _, error = time_to_accumulation(model, s, start)
     dx = math.nan
     if 0.0 < second <= LONGEST:
         dx, _ = centre(model, s, second)

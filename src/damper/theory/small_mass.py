@@ -60,7 +60,7 @@ def completes(reduced_gap: float, restitution: float) -> bool:
     return _follow(first_impact(reduced_gap), restitution, _SURE) is not None
 
 
-def completion(reduced_gap: float, restitution: float) -> float:
+def accumulation(reduced_gap: float, restitution: float) -> float:
     """Phase of the walls' motion, below pi, at which the burst after a release completes.
 
     NaN if their acceleration reverses first; arguments and errors are those of `completes`.

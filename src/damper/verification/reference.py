@@ -34,7 +34,7 @@ PANEL, POLE = 3, 8
 #: which is lost in the roundoff of doubles of size 1 at w of some 1e-8. Nothing that works with
 #: absolute positions can distinguish slower ones from contact; this leaves them a decade.
 RESOLVED = 1e-9
-#: A chatter sequence is not closed before the time to its completion, times the fastest rate, is
+#: A chatter sequence is not closed before the time to its accumulation, times the fastest rate, is
 #: below `REACH`, nor before it has converged to `TAIL_DIGITS` digits more than are asked for, in
 #: `ORDERS` orders at most.
 REACH, TAIL_DIGITS, ORDERS = 1e-6, 5, 12

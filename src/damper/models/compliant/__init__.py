@@ -303,12 +303,12 @@ def _begin(model, segment):
 
 
 @compiled
-def _as(s, side, mode, cause, completion):
-    """A segment with another side, mode, cause and completion."""
-    return _renewed(s, side, mode, cause, completion, 0.0, 0.0, 0.0)
+def _as(s, side, mode, cause, accumulation):
+    """A segment with another side, mode, cause and accumulation."""
+    return _renewed(s, side, mode, cause, accumulation, 0.0, 0.0, 0.0)
 
 
-_renewed = changed(Segment, "side", "mode", "cause", "completion", "duration", "y", "u")
+_renewed = changed(Segment, "side", "mode", "cause", "accumulation", "duration", "y", "u")
 
 
 @compiled
@@ -381,7 +381,7 @@ def _touch(model, s):
     z = pair_at(model, s)
     moving = ContactMotion(model.contact, model.table, model.ending, s.side, z)
     point = contact_point(moving, 0.0, z)
-    lasting = model.lasting - s.completion if s.mode == CONTACT else math.inf
+    lasting = model.lasting - s.accumulation if s.mode == CONTACT else math.inf
     limit = min(lasting, span_of(model, s))
     hint = _likely_end(model, s.side, z) if s.cause == IMPACT else 0.0
     lifts_off = point.value == 0.0 and point.slope == 0.0 and point.second == 0.0
@@ -422,7 +422,7 @@ def _stay(model, s, z, tau, lasting, steps, gave_up):
     cause = STICK if sticks_now else NOTHING
     new = segment_after(s, model.cycle, tau, x, v, gap, rate, s.side, STICKING, cause, 0.0)
     if s.mode == CONTACT and not sticks_now:
-        new = _as(new, s.side, CONTACT, NOTHING, s.completion + tau)
+        new = _as(new, s.side, CONTACT, NOTHING, s.accumulation + tau)
     return Step(tau, sticks_now, gave_up, steps, new, _begin(model, new))
 
 

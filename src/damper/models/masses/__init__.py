@@ -404,14 +404,14 @@ def bounce_of_slide(slide: Slide, model: Rigid, segment: Segment) -> Bounce:
     return bounce_from(slide.start, slide.flight, segment, friction_of(model.friction))
 
 
-@walls.time_to_completion.of(Rigid)
-def _time_to_completion(model, segment, start):
+@walls.time_to_accumulation.of(Rigid)
+def _time_to_accumulation(model, segment, start):
     return time_left(start, model, segment)
 
 
 @by_class_or_default
 def time_left(start: Any, model: Rigid, segment: Segment) -> tuple[float, float]:
-    """As `time_to_completion`, by what the flight follows from."""
+    """As `time_to_accumulation`, by what the flight follows from."""
     return completes(model, model.mass_ratio, segment, start)
 
 

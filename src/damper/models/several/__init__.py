@@ -1,7 +1,7 @@
 """Several free masses in boxes of one primary; the walls are rigid.
 
 They act on the primary alone. So each flies as the free mass of a rigid damper does, whose primary
-carries those that stick just now: gaps, contact forces and completion times are asked of such a
+carries those that stick just now: gaps, contact forces and accumulation times are asked of such a
 damper (`view_of`). How many there are is no type: one code serves any number. Simultaneous contacts
 are solved at once, as one problem of impulses and one of contact forces. docs/models.md.
 """
@@ -17,11 +17,11 @@ from damper.engine.model import Step
 from damper.engine.search import GAVE_UP, HORIZON
 from damper.engine.segment import FLIGHT, NOTHING, STICK, STICKING, TAIL
 from damper.models.several.bodies import (
+    ACCUMULATION,
     ALONE,
     ARRIVES,
     CAUSE,
     CLEARANCE,
-    COMPLETION,
     FIRST,
     GAP,
     MODE,
@@ -101,7 +101,7 @@ def _following(model, segment, start):
         if s.bodies[k, MODE] == TAIL:
             tail = k
     if tail >= 0:
-        return _complete(model, s, start, abs(float(s.bodies[tail, COMPLETION])))
+        return _complete(model, s, start, abs(float(s.bodies[tail, ACCUMULATION])))
     return _fly(model, s, start)
 
 
@@ -116,7 +116,7 @@ def _complete(model, s, start, tau):
         b = bodies[k]
         if b[MODE] == TAIL:
             b[MODE], b[CAUSE] = STICKING, NOTHING if pinched else STICK
-            b[GAP], b[RATE], b[FIRST], b[COMPLETION], b[SLIP_DIRECTION] = 0.0, 0.0, 0.0, 0.0, 0.0
+            b[GAP], b[RATE], b[FIRST], b[ACCUMULATION], b[SLIP_DIRECTION] = 0.0, 0.0, 0.0, 0.0, 0.0
     decide_contacts(model, new, TAIL)
     for k in range(len(bodies)):
         if s.bodies[k, MODE] == TAIL and bodies[k, MODE] == STICKING:

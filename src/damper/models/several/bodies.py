@@ -48,11 +48,11 @@ LEFT_TABLE, RIGHT_TABLE = range(10, 12)
 #: - cause: event not yet written to the log;
 #: - speed: approach speed of an impact at this instant; minus that of a kick whose mass is back at
 #:   its wall at once;
-#: - completion: minus the time left of a tail in which all speeds vanish, or `LIFTS`;
+#: - accumulation: minus the time left of a tail in which all speeds vanish, or `LIFTS`;
 #: - slip direction: sign of the mass's velocity less the primary's where the mass rubs, else 0;
 #: - previous state: slip direction before this instant, `JOINED`, or `REPORTED` in a further row of
 #:   the same instant.
-GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION, SLIP_DIRECTION, PREVIOUS_STATE = range(10)
+GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, ACCUMULATION, SLIP_DIRECTION, PREVIOUS_STATE = range(10)
 #: Displacement and velocity of a mass in flight by itself, which have no digits of the primary's,
 #: and the time for which nothing has happened to it: 0 where they are not known.
 PLACE, VELOCITY, ALONE = range(10, 13)
@@ -66,7 +66,7 @@ BODY = 13
 ARRIVES, WALL, LEVEL, MOST, FOLLOWS = range(13, 18)
 WIDTH = 18
 JOINED, REPORTED = 2.0, 3.0
-#: In place of a completion: the body has left its wall without a jump of the force just now, so
+#: In place of an accumulation: the body has left its wall without a jump of the force just now, so
 #: both accelerations are the same, exactly.
 LIFTS = -1.0
 #: Friction that does nothing.
@@ -109,7 +109,7 @@ class MassState(NamedTuple):
     cause: float
     speed: float
     first: float
-    completion: float
+    accumulation: float
     slip: float
     previous: float
     place: float
@@ -171,7 +171,7 @@ class SeveralSegment(NamedTuple):
     speed: float
     v_before: float
     first_speed: float
-    completion: float
+    accumulation: float
     duration: float
     y: float
     u: float
@@ -479,14 +479,14 @@ def segment_of(b: MassState, start: Start) -> Segment:
     In a tail that is in the frame of the centre of all that it joins.
     """
     p, rate = start.primary, b.rate + b.side * (start.primary.v - start.v)
-    periods, time, left = start.periods, start.time, b.completion
+    periods, time, left = start.periods, start.time, b.accumulation
     return _segment(periods, time, p.x, p.v, b.gap, rate, b.side, b.mode, NOTHING, p.v, left)
 
 
 _segment = made_of(
     Segment,
     *("periods", "time", "x", "v", "gap", "gap_rate", "side", "mode", "cause", "v_before"),
-    "completion",
+    "accumulation",
 )
 
 
@@ -505,7 +505,7 @@ def _flight_of_driven(mass, start, view, segment):
     s, p = segment, start.primary
     y = s.x + s.side * (view.clearance - s.gap)
     own = motion_from(mass, y, s.v - s.side * s.gap_rate, p.phase)
-    if s.completion == LIFTS:
+    if s.accumulation == LIFTS:
         own = motion_at_release(mass, y, own.v, p.a, p.phase)
     return Both(p, own, p.phase)
 
@@ -609,7 +609,7 @@ def begin_after(model: Several, s: SeveralSegment, osc: Oscillator, load: Load) 
         load = loaded(load, m, JOINED if joined else b.slip, offset_of(m, b))
         if joined and b.mode == TAIL:
             carried += b.side * m.ratio * b.rate
-        if b.completion == LIFTS and lifting < 0:
+        if b.accumulation == LIFTS and lifting < 0:
             lifting, way = k, b.slip
     if load != before:
         osc = primary_with(model, load)

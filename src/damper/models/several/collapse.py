@@ -19,8 +19,8 @@ from damper.engine.segment import (
     TAIL,
 )
 from damper.models.several.bodies import (
+    ACCUMULATION,
     CAUSE,
-    COMPLETION,
     FRICTION,
     GAP,
     MODE,
@@ -122,7 +122,7 @@ def _stop(model, s, start, fades):
             continue
         if b[CAUSE] == IMPACT:
             # It is asked again at the end of the tail, which the others may have let go of.
-            b[MODE], b[COMPLETION] = TAIL, -SHORTEST
+            b[MODE], b[ACCUMULATION] = TAIL, -SHORTEST
         elif b[CAUSE] == RELEASE:
             b[MODE], b[CAUSE], b[SPEED] = STICKING, NOTHING, -b[RATE]
         elif b[CAUSE] == SLIP:

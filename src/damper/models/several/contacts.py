@@ -24,8 +24,8 @@ from damper.engine.segment import (
 )
 from damper.models.flights import VANISHES
 from damper.models.several.bodies import (
+    ACCUMULATION,
     CAUSE,
-    COMPLETION,
     FIRST,
     FOLLOWS,
     GAP,
@@ -263,7 +263,7 @@ def _decide(b, beyond, slack, way, mode):
         b[SLIP_DIRECTION] = way
     else:
         b[MODE] = mode if on_wall else RESTING
-        b[SLIP_DIRECTION], b[COMPLETION] = 0.0, 0.0
+        b[SLIP_DIRECTION], b[ACCUMULATION] = 0.0, 0.0
         if not on_wall:
             b[CAUSE] = REST
         elif mode == STICKING:
@@ -312,7 +312,7 @@ def release(model: Several, s: SeveralSegment, k: int, side: float) -> None:
         elif is_joined(c.mode) and (c.mode == RESTING or way == -c.side):
             bodies[j, CAUSE] = RELEASE if c.mode == STICKING else SLIP
             bodies[j, SLIP_DIRECTION] = way if m.friction > 0.0 else 0.0
-            bodies[j, MODE], bodies[j, COMPLETION] = FLIGHT, LIFTS
+            bodies[j, MODE], bodies[j, ACCUMULATION] = FLIGHT, LIFTS
     for j in range(len(bodies)):
         if bodies[j, CAUSE] == REST:
             bodies[j, RATE], bodies[j, CAUSE] = 0.0, NOTHING

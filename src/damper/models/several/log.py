@@ -16,10 +16,10 @@ from damper.engine.segment import (
 )
 from damper.engine.tuples import changed, made_of
 from damper.models.several.bodies import (
+    ACCUMULATION,
     BODY,
     CAUSE,
     CLEARANCE,
-    COMPLETION,
     FIRST,
     GAP,
     LEFT,
@@ -41,7 +41,7 @@ from damper.models.several.bodies import (
 _of_body = changed(
     SeveralSegment,
     *("gap", "gap_rate", "side", "mode", "cause", "speed", "v_before", "first_speed"),
-    *("completion", "body", "loss"),
+    *("accumulation", "body", "loss"),
 )
 _with_bodies = changed(SeveralSegment, "body", "loss", "bodies")
 _of_all = made_of(
@@ -105,7 +105,7 @@ def _log_of_mass(model, log, body):
     for column, field in OF_BODY:
         made[others, column] = rows[:, first + field]
     made[others, columns.CAUSE], made[others, columns.SPEED] = NOTHING, 0.0
-    made[others, columns.COMPLETION] = np.maximum(rows[:, first + COMPLETION], 0.0)
+    made[others, columns.ACCUMULATION] = np.maximum(rows[:, first + ACCUMULATION], 0.0)
     made[:, COLUMNS] = body
     return made
 
@@ -149,7 +149,7 @@ def report_first(s: SeveralSegment, v_before: float, loss: float) -> SeveralSegm
     k = first_to_tell(bodies)
     b = body_in(bodies, k)
     bodies[k, CAUSE] = NOTHING
-    left = max(b.completion, 0.0)
+    left = max(b.accumulation, 0.0)
     return _of_body(
         s, b.gap, b.rate, b.side, b.mode, b.cause, b.speed, v_before, b.first, left, float(k), loss
     )

@@ -12,11 +12,11 @@ from damper.engine.segment import FLIGHT, IMPACT, RESTING, STICKING, TAIL, clock
 from damper.engine.tuples import changed
 from damper.models.flights import Bounce, bounce_at, bounce_from
 from damper.models.several.bodies import (
+    ACCUMULATION,
     ALONE,
     ARRIVES,
     CAUSE,
     CLEARANCE,
-    COMPLETION,
     GAP,
     JOINED,
     MODE,
@@ -124,7 +124,7 @@ def _body_after(single, m, b, start, moved, tau):
 
 _later = changed(
     MassState,
-    *("gap", "rate", "speed", "completion", "previous", "place", "velocity", "alone", "arrives"),
+    *("gap", "rate", "speed", "accumulation", "previous", "place", "velocity", "alone", "arrives"),
 )
 
 
@@ -154,15 +154,15 @@ def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, flo
         b = bodies[k]
         if b[MODE] == TAIL and pinched:
             # Gap and speed fade away in no time, those of the masses that have some.
-            completion = float(b[COMPLETION])
-            left = max(1.0 + tau / completion, 0.0) if completion < 0.0 else 0.0
+            accumulation = float(b[ACCUMULATION])
+            left = max(1.0 + tau / accumulation, 0.0) if accumulation < 0.0 else 0.0
             b[GAP], b[RATE] = b[GAP] * left, b[RATE] * left
             change += float(b[SIDE] * model.masses[k, RATIO] * b[RATE]) / (1.0 + start.joined)
         elif b[MODE] == TAIL and b[RATE] > 0.0:
             # The centre follows the sticking flow; the bounces go on about it.
             side = float(b[SIDE])
             bounce = bounce_in(model, s, k)
-            gap, rate = bounce_at(bounce, float(b[COMPLETION]), float(b[RATE]), tau)
+            gap, rate = bounce_at(bounce, float(b[ACCUMULATION]), float(b[RATE]), tau)
             share = side * float(model.masses[k, RATIO]) / (1.0 + start.joined)
             carried += share * gap
             change += share * rate

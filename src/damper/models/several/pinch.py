@@ -21,8 +21,8 @@ from damper.engine.compiled import compiled
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
 from damper.models.several.bodies import (
+    ACCUMULATION,
     CLEARANCE,
-    COMPLETION,
     GAP,
     MODE,
     RATE,
@@ -67,7 +67,7 @@ def close_pinch(model: Several, bodies: np.ndarray) -> bool:
                 before = bodies.copy()
                 for i in range(len(bodies)):
                     if _in_step(model, before, i, k) or _in_step(model, before, i, j):
-                        bodies[i, MODE], bodies[i, COMPLETION] = TAIL, -max(left, SHORTEST)
+                        bodies[i, MODE], bodies[i, ACCUMULATION] = TAIL, -max(left, SHORTEST)
                 return True
     return False
 
@@ -150,7 +150,7 @@ def is_pinched(bodies: np.ndarray) -> bool:
     """Whether a tail is that of a pinch, or of others that end in no time: all speeds fade away."""
     found = False
     for k in range(len(bodies)):
-        found = found or bool(bodies[k, MODE] == TAIL and bodies[k, COMPLETION] < 0.0)
+        found = found or bool(bodies[k, MODE] == TAIL and bodies[k, ACCUMULATION] < 0.0)
     return found
 
 

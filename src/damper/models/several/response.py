@@ -238,7 +238,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
             share,
             several.restitution_of(several.mass_at(model, number), side),
             float(s.bodies[number, several.RATE]),
-            float(s.bodies[number, several.COMPLETION]),
+            float(s.bodies[number, several.ACCUMULATION]),
         )
         if smooth:
             found = declared.with_bounces(found, tail, low, high, peak)

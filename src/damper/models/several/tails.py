@@ -24,9 +24,9 @@ from damper.models.flights import completes, completes_rubbing, first_wall, gap_
 from damper.models.masses import NoFriction, Rigid
 from damper.models.masses.holds import Hold, first_stop, hold_at_start
 from damper.models.several.bodies import (
+    ACCUMULATION,
     CAUSE,
     CLEARANCE,
-    COMPLETION,
     GAP,
     MODE,
     RATE,
@@ -153,7 +153,7 @@ class ChatterSequence(NamedTuple):
     """Rest of a chatter sequence."""
 
     left: float
-    """Time to the completion point; infinite where none is known well enough."""
+    """Time to the accumulation point; infinite where none is known well enough."""
     rise: float
     """Height of the bounces, at most."""
     ratio: float
@@ -221,7 +221,7 @@ def _is_closed(model, s, start, k, chatter):
         return False
     for j in range(len(bodies)):
         if _chatters_with(model, bodies, k, j):
-            bodies[j, MODE], bodies[j, COMPLETION], bodies[j, SLIP_DIRECTION] = TAIL, left, 0.0
+            bodies[j, MODE], bodies[j, ACCUMULATION], bodies[j, SLIP_DIRECTION] = TAIL, left, 0.0
     return True
 
 
@@ -254,7 +254,7 @@ def merge_at_rest(model: Several, s: SeveralSegment) -> float:
         if rests[k] == 1.0 and b[CAUSE] == RELEASE:
             b[MODE], b[CAUSE], b[SPEED], b[RATE] = STICKING, NOTHING, -b[RATE], 0.0
         elif rests[k] == 1.0:
-            b[MODE], b[COMPLETION], b[RATE] = TAIL, 0.0, 0.0
+            b[MODE], b[ACCUMULATION], b[RATE] = TAIL, 0.0, 0.0
         elif b[MODE] == FLIGHT:
             b[RATE] += b[SIDE] * change
     return change

@@ -26,9 +26,9 @@ from damper.engine.oscillator import motion_from
 from damper.engine.segment import COLUMNS, FLIGHT, IMPACT, NOTHING, RESTING, STICKING, TAIL
 from damper.models import tangent
 from damper.models.several.bodies import (
+    ACCUMULATION,
     CAUSE,
     CLEARANCE,
-    COMPLETION,
     DAMPING,
     FOLLOWS,
     FRICTION,
@@ -230,7 +230,7 @@ def _ends_at_once(bodies):
         return True
     found = False
     for k in range(len(bodies)):
-        found = found or bool(bodies[k, MODE] == TAIL and bodies[k, COMPLETION] == 0.0)
+        found = found or bool(bodies[k, MODE] == TAIL and bodies[k, ACCUMULATION] == 0.0)
     return found and bool(np.any(bodies[:, SLIP_DIRECTION] != 0.0))
 
 

@@ -16,10 +16,10 @@ from damper.engine.model import Step
 from damper.engine.search import GAVE_UP, HORIZON
 from damper.engine.segment import FLIGHT, NOTHING, RELEASE, STICK, STICKING, TAIL
 from damper.models.structure.constants import (
+    ACCUMULATION,
     ARRIVES,
     BEFORE,
     CAUSE,
-    COMPLETION,
     DISPLACEMENT,
     FIRST,
     GAP,
@@ -118,13 +118,13 @@ def _following(model, segment, start):
 @compiled_apart
 def _complete(model, s, start, tail):
     """The end of a tail: its masses stick."""
-    tau = float(s.bodies[tail, COMPLETION])
+    tau = float(s.bodies[tail, ACCUMULATION])
     here = all_after(model, s, start, tau, len(s.bodies), 0.0)
     now = lent(here)
     for k in range(len(now.bodies)):
         if now.bodies[k, MODE] == TAIL:
             now.bodies[k, MODE], now.bodies[k, CAUSE] = STICKING, NOTHING
-            for column in (GAP, RATE, FIRST, COMPLETION):
+            for column in (GAP, RATE, FIRST, ACCUMULATION):
                 now.bodies[k, column] = 0.0
     decide_contacts(model, now, TAIL)
     for k in range(len(now.bodies)):
@@ -180,7 +180,7 @@ def _release(model, s, start, tau, first):
             force = course_point(course_of(model, s.bodies, start, k), tau)
             leaves = force.value <= 4.0 * force.roundoff and force.slope < 0.0
         if leaves:
-            b[MODE], b[CAUSE], b[COMPLETION], b[FIRST] = FLIGHT, RELEASE, LIFTS, 0.0
+            b[MODE], b[CAUSE], b[ACCUMULATION], b[FIRST] = FLIGHT, RELEASE, LIFTS, 0.0
 
 
 from damper.models.structure import tangent  # noqa: E402, F401

@@ -16,7 +16,7 @@ from damper.models.several.bodies import law_in
 
 #: Columns of `StructureSegment.bodies`, those of the log: as `damper.models.several.bodies`. The
 #: last one is the mode before what happens.
-GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, COMPLETION, PREVIOUS = range(9)
+GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, ACCUMULATION, PREVIOUS = range(9)
 BODY = 9
 #: Further columns, which the log does not have: by how much faster the gap grows where masses in a
 #: tail are taken for stuck, the wall at which a mass arrives, or 0, and the impulse in its gap.
@@ -129,7 +129,7 @@ class StructureSegment(NamedTuple):
     speed: float
     v_before: float
     first_speed: float
-    completion: float
+    accumulation: float
     duration: float
     y: float
     u: float

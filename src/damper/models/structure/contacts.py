@@ -9,9 +9,9 @@ from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, NOTHING, RELEASE, STICK, STICKING
 from damper.models.flights import VANISHES
 from damper.models.structure.constants import (
+    ACCUMULATION,
     ARRIVES,
     CAUSE,
-    COMPLETION,
     DISPLACEMENT,
     FIRST,
     GAP,
@@ -216,7 +216,7 @@ def _decide(model, s, mode):
             if b[CAUSE] == NOTHING and leaves and apart > VANISHES * ROUNDOFF * size:
                 b[MODE], b[CAUSE], b[FIRST], b[RATE] = FLIGHT, RELEASE, 0.0, 0.0
         elif not leaves:
-            b[MODE], b[COMPLETION] = mode, 0.0
+            b[MODE], b[ACCUMULATION] = mode, 0.0
             if mode == STICKING:
                 b[CAUSE] = STICK
 

@@ -24,7 +24,7 @@ from damper.engine.search import (
 from damper.engine.tuples import changed
 from damper.models.several.tails import is_balanced
 from damper.models.structure.constants import (
-    COMPLETION,
+    ACCUMULATION,
     COUPLED,
     FALLS,
     GAP,
@@ -55,8 +55,8 @@ from damper.models.structure.steps import (
     next_rate,
 )
 
-#: In place of a completion: the mass has left its wall without a jump of the force just now, so its
-#: gap has no second derivative, exactly.
+#: In place of an accumulation: the mass has left its wall without a jump of the force just now, so
+#: its gap has no second derivative, exactly.
 LIFTS = -1.0
 
 
@@ -93,7 +93,7 @@ def course_of(model: OnStructure, b: np.ndarray, start: ModalStart, k: int) -> G
         held = -side * fall - m.tie_stiffness / m.mass * m.clearance
         return GapOrForce(model.forcing, start, k, -side, True, held, 0.0, 0.0)
     acceleration = side * fall
-    if b[k, COMPLETION] == LIFTS:
+    if b[k, ACCUMULATION] == LIFTS:
         acceleration = 0.0
         for i in range(size_in(table)):
             acceleration -= side * table[WEIGHTS + k, i] * start.modes[A, i]
@@ -275,6 +275,6 @@ def next_event(
     if course.is_force and is_balanced(here, width):
         return last, 0.0, 1
     lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
-    lifts_off = lifts_off or (not course.is_force and bodies[k, COMPLETION] == LIFTS)
+    lifts_off = lifts_off or (not course.is_force and bodies[k, ACCUMULATION] == LIFTS)
     root = first_root(course, here, width, bool(lifts_off), last, 0.0)
     return root.point.tau + root.step, root.side, root.steps

@@ -15,10 +15,10 @@ from damper.engine.segment import (
 from damper.engine.tuples import changed, made_of
 from damper.models.several.log import OF_BODY, first_to_tell
 from damper.models.structure.constants import (
+    ACCUMULATION,
     BEFORE,
     BODY,
     CAUSE,
-    COMPLETION,
     DISPLACEMENT,
     FIRST,
     GAP,
@@ -38,7 +38,7 @@ from damper.models.structure.constants import (
 _of_mass = changed(
     StructureSegment,
     *("x", "v", "gap", "gap_rate", "side", "mode", "cause", "speed", "v_before", "first_speed"),
-    *("completion", "body", "loss"),
+    *("accumulation", "body", "loss"),
 )
 _of_all = made_of(StructureSegment, "periods", "time", "mode", "cause", "modes", "bodies")
 _read = changed(StructureSegment, "body", "loss", "modes", "bodies")
@@ -75,7 +75,7 @@ def _log_of_mass(model, log, body):
     for column, field in OF_BODY:
         made[others, column] = log[others, first + field]
     made[others, columns.CAUSE], made[others, columns.SPEED] = NOTHING, 0.0
-    made[others, columns.COMPLETION] = np.maximum(log[others, first + COMPLETION], 0.0)
+    made[others, columns.ACCUMULATION] = np.maximum(log[others, first + ACCUMULATION], 0.0)
     modes = log[:, COLUMNS + 2 : COLUMNS + 2 + 3 * n].reshape(-1, 3, n)
     of_box = modes @ model.table[WEIGHTS + body, :n]
     made[:, columns.X], made[:, columns.V] = of_box[:, DISPLACEMENT], of_box[:, VELOCITY]
@@ -133,7 +133,7 @@ def report_first(model: OnStructure, s: StructureSegment, loss: float) -> Struct
         speed,
         box_at(model, s, BEFORE, k),
         float(b[FIRST]),
-        max(float(b[COMPLETION]), 0.0),
+        max(float(b[ACCUMULATION]), 0.0),
         float(k),
         loss,
     )

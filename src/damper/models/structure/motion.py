@@ -3,16 +3,16 @@
 import numpy as np
 
 from damper.engine import model as declared
+from damper.engine.accumulation import bounce_at
 from damper.engine.compiled import compiled, compiled_apart
-from damper.engine.completion import bounce_at
 from damper.engine.impact import restitution_at
 from damper.engine.lending import lent
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, TAIL, clock_after
 from damper.models.structure.constants import (
+    ACCUMULATION,
     ARRIVES,
     BEFORE,
-    COMPLETION,
     DISPLACEMENT,
     GAP,
     HEAD,
@@ -78,7 +78,7 @@ def all_after(
             b[ARRIVES] = b[SIDE]
         elif width - gap <= _TOGETHER * (roundoff + off + ROUNDOFF * width) and rate > 0.0:
             b[ARRIVES] = -b[SIDE]
-        b[GAP], b[RATE], b[COMPLETION] = min(max(gap, 0.0), width), rate, 0.0
+        b[GAP], b[RATE], b[ACCUMULATION] = min(max(gap, 0.0), width), rate, 0.0
     periods, time = clock_after(model.cycle, s.periods, s.time, tau)
     return segment_of_all(periods, time, structure_after(model, start, tau), owned)
 
@@ -113,9 +113,9 @@ def state_after(
     for k in range(count):
         b = s.bodies[k]
         sticks[k] = b[MODE] != FLIGHT
-        if b[MODE] == TAIL and b[COMPLETION] > 0.0:
+        if b[MODE] == TAIL and b[ACCUMULATION] > 0.0:
             r = restitution_at(law_of(model, mass_in(model.masses, k), float(b[SIDE])), 0.0)
-            places[k], rates[k] = bounce_at(r, float(b[COMPLETION]), float(b[RATE]), tau)
+            places[k], rates[k] = bounce_at(r, float(b[ACCUMULATION]), float(b[RATE]), tau)
             bounces = True
     if bounces:
         _carry(model, here, sticks, DISPLACEMENT, places)

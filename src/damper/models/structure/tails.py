@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from damper.engine.accumulation import accumulation
 from damper.engine.compiled import compiled, compiled_apart
-from damper.engine.completion import completion
 from damper.engine.forcing import bound_of, horizon
 from damper.engine.impact import restitution_at
 from damper.engine.search import ROUNDOFF
@@ -15,8 +15,8 @@ from damper.engine.tuples import changed
 from damper.models.several.contacts import negligible
 from damper.models.structure.collapse import collapsing, may_collapse
 from damper.models.structure.constants import (
+    ACCUMULATION,
     CAUSE,
-    COMPLETION,
     COUPLED,
     DAMPING,
     DASHPOTS,
@@ -62,7 +62,7 @@ class StructureChatter(NamedTuple):
     """Rest of a chatter sequence."""
 
     left: float
-    """Time to the completion point; infinite where none is known well enough."""
+    """Time to the accumulation point; infinite where none is known well enough."""
     rise: float
     """Height of the bounces, at most."""
 
@@ -100,7 +100,7 @@ def _close_one(model, s, start):
         elif bodies[k, CAUSE] == IMPACT and _is_undisturbed(model, s, start, k, chatter):
             for j in range(len(bodies)):
                 if j == k or _in_step(model, bodies, k, j):
-                    bodies[j, MODE], bodies[j, COMPLETION] = TAIL, chatter.left
+                    bodies[j, MODE], bodies[j, ACCUMULATION] = TAIL, chatter.left
             return True
     if any_rests:
         _rest(model, s, rests)
@@ -160,9 +160,9 @@ def _rest(model, s, rests):
         if joined[k]:
             b[RATE] = 0.0
         if rests[k] and b[CAUSE] == RELEASE:
-            b[MODE], b[CAUSE], b[COMPLETION] = STICKING, NOTHING, 0.0
+            b[MODE], b[CAUSE], b[ACCUMULATION] = STICKING, NOTHING, 0.0
         elif rests[k]:
-            b[MODE], b[COMPLETION], b[GAP] = TAIL, 0.0, 0.0
+            b[MODE], b[ACCUMULATION], b[GAP] = TAIL, 0.0, 0.0
 
 
 @compiled
@@ -220,7 +220,7 @@ def _chatter_of(model, s, start, k):
     # Each impact moves the fast modes more than the slowest one does.
     snap += abs(bent) * (float(table[STIFFENS, k]) / shared + float(table[HEAD, LEAST]))
     damping, dashpots = 0.5 * float(table[DRAGS, k]) / shared, float(table[DASHPOTS, k])
-    left, error = completion(law, damping, dashpots, snap, -bent, jerk, float(b[RATE]))
+    left, error = accumulation(law, damping, dashpots, snap, -bent, jerk, float(b[RATE]))
     # The next bounce must turn before the other wall; a constant force lets it rise this high.
     rise = 0.25 * float(b[RATE]) * left * (1.0 - restitution_at(law, 0.0))
     known = error <= model.tolerance and rise <= m.clearance
@@ -250,7 +250,7 @@ def _is_undisturbed(model, s, start, k, chatter):
     joined = bodies.copy()
     for j in range(len(bodies)):
         if j == k or _in_step(model, bodies, k, j):
-            joined[j, MODE], joined[j, COMPLETION] = TAIL, left
+            joined[j, MODE], joined[j, ACCUMULATION] = TAIL, left
     together = begin_after(model, _with_bodies(s, joined), start)
     for j in range(len(bodies)):
         b = bodies[j]

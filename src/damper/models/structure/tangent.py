@@ -21,9 +21,9 @@ from damper.engine.segment import FLIGHT, NOTHING
 from damper.engine.tuples import changed
 from damper.models import sensitivity, tangent
 from damper.models.structure.constants import (
+    ACCUMULATION,
     BEFORE,
     CAUSE,
-    COMPLETION,
     DISPLACEMENT,
     GAP,
     HEAD,
@@ -388,7 +388,7 @@ def _lead_on(
             bodies[k, RATE] = -bodies[k, SIDE] * _apart(model, k, rates)
         if bodies[k, MODE] == FLIGHT:
             # Where it has left its wall just now, it would not do so in another model.
-            bodies[k, COMPLETION] = 0.0
+            bodies[k, ACCUMULATION] = 0.0
             wider = mass_in(there.masses, k).clearance - mass_in(model.masses, k).clearance
             bodies[k, GAP] += wider
     start = begin(there, _beside(s, s.time * slower, modes, bodies))

@@ -76,8 +76,8 @@ def _stick(model, segment):
     return End(tau, released, 0.0, s.x + dx, v, 0.0, 0.0, 1)
 
 
-@walls.time_to_completion.of(TimeVarying)
-def _time_to_completion(model, segment, start):
+@walls.time_to_accumulation.of(TimeVarying)
+def _time_to_accumulation(model, segment, start):
     mass_ratio, sin, _ = modulation(model.variation, segment.periods, segment.time)
     duration, error = completes(model, mass_ratio, segment, start)
     if 0.0 < error < math.inf:

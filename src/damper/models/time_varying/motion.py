@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine import forcing as forces
+from damper.engine.accumulation import sticks
 from damper.engine.bodies import Ballistic, acceleration_of, strength_on, weight_on
 from damper.engine.compiled import compiled
-from damper.engine.completion import sticks
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing.harmonic import HarmonicForce
 from damper.engine.forcing.weighed import WeighedForce

@@ -1,6 +1,6 @@
 """This project's own engine: events in closed form, or found to roundoff.
 
-Its setting is the accuracy of completion times: where the closed rest of a complete chatter
+Its setting is the accuracy of accumulation times: where the closed rest of a complete chatter
 sequence begins. It is the bare engine; events and end are read off its log.
 """
 

@@ -19,7 +19,7 @@ from damper.parameters.quantity import in_range
 BURST, IMPACT = "complete_burst", "burst_impact"
 PREDICTED = ("time", "displacement")
 ORDERS = ("first", "second")
-_OF_BURSTS = tuple(f"completion_{quantity}_uncertainty" for quantity in PREDICTED)
+_OF_BURSTS = tuple(f"accumulation_{quantity}_uncertainty" for quantity in PREDICTED)
 _OF_IMPACTS = (
     *("rebound_speed", "prediction_error_estimate"),
     *(
@@ -40,11 +40,11 @@ _SPAN = 4.0
 _LEAST = 5
 
 
-def completion_errors(cube: xr.Dataset, within: float = 0.01) -> pd.DataFrame:
+def accumulation_errors(cube: xr.Dataset, within: float = 0.01) -> pd.DataFrame:
     """How well theory predicts when and where complete bursts end, at every place of a cube.
 
-    After each impact of a complete burst, theory predicts its completion time and the displacement
-    of the primary there, to first and to second order in the rebound speed.
+    After each impact of a complete burst, theory predicts its accumulation time and the
+    displacement of the primary there, to first and to second order in the rebound speed.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def errors_of(piece: xr.Dataset, quantity: str, order: str) -> Errors:
     speed = _rows(piece.rebound_speed)
     left = _rows(piece[f"remaining_{quantity}"])
     error = _rows(piece[f"{order}_order_{quantity}"]) - left
-    roundoff = _rows(piece[f"completion_{quantity}_uncertainty"])[:, None]
+    roundoff = _rows(piece[f"accumulation_{quantity}_uncertainty"])[:, None]
     with np.errstate(invalid="ignore"):
         clear = np.abs(error) > SHARP * roundoff
         small = (_rows(piece.prediction_error_estimate) < SMALL) & (speed > 0.0)

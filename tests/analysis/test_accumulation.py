@@ -1,4 +1,4 @@
-"""Errors of predicted completions: exact laws on made-up cubes, loops on a simulated one."""
+"""Errors of predicted accumulation: exact laws on made-up cubes, loops on a simulated one."""
 
 import math
 from typing import Any
@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import damper
-from damper.analysis.completion import completion_errors, errors_of
+from damper.analysis.accumulation import accumulation_errors, errors_of
 from damper.tables import make
 
 AXES = {"damping_ratio": [0.01, 0.5], "restitution": [0.6, 0.8, 0.97]}
@@ -52,13 +52,13 @@ def made_up(
         name: (dims, value, {"units": "sqrt(M/K)"}) for name, value in values.items()
     }
     for quantity in ("time", "displacement"):
-        data[f"completion_{quantity}_uncertainty"] = (dims[:1], np.full(bursts, 1e-14))
+        data[f"accumulation_{quantity}_uncertainty"] = (dims[:1], np.full(bursts, 1e-14))
     data["complete_bursts"] = ((), bursts)
     return xr.Dataset(data, {dims[1]: np.arange(1.0, impacts + 1)})
 
 
 def one(cube: xr.Dataset, quantity: str = "time", order: int = 1) -> dict[str, Any]:
-    found = completion_errors(cube).set_index(["quantity", "order"])
+    found = accumulation_errors(cube).set_index(["quantity", "order"])
     return found.loc[quantity, order].to_dict()
 
 
@@ -138,7 +138,7 @@ def test_agreement_begins_where_all_later_ones_agree() -> None:
 
 def test_table_says_what_was_found(cube: xr.Dataset) -> None:
     table = make("accumulation", {"cube": cube})
-    assert table.data.equals(completion_errors(cube))
+    assert table.data.equals(accumulation_errors(cube))
     rows = [line for line in table.markdown().splitlines() if line.startswith("|")]
     rows = rows[4:]  # below what sums up all points
     assert len(rows) == 2 * (2 + 12)

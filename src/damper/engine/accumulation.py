@@ -1,7 +1,7 @@
-"""The completion of a chatter sequence, in closed form, and whether masses in contact stick.
+"""The accumulation of a chatter sequence, in closed form, and whether masses in contact stick.
 
 All is relative to one wall (side = +1 right, -1 left), with the gap g = clearance - side (y - x).
-In a complete chatter sequence infinitely many impacts accumulate at a completion point, where
+In a complete chatter sequence infinitely many impacts accumulate at an accumulation point, where
 sticking begins. Derivations: docs/theory.md.
 """
 
@@ -32,7 +32,7 @@ def sticks(side: float, a: float, j: float, snap: float) -> bool:
 
 
 @compiled
-def completion_times(
+def accumulation_times(
     impact_damping: float, restitution: float, force: float, jerk: float, gap_rate: float
 ) -> tuple[float, float]:
     """Time that infinitely many bounces take, to first and to second order in their speed.
@@ -59,7 +59,7 @@ def completion_times(
 
 
 @compiled
-def completion(
+def accumulation(
     law: Any,
     impact_damping: float,
     dashpot_rate: float,
@@ -68,14 +68,14 @@ def completion(
     jerk: float,
     gap_rate: float,
 ) -> tuple[float, float]:
-    """Time to the completion point after an impact, and an estimate of its error, O(w^3).
+    """Time to the accumulation point after an impact, and an estimate of its error, O(w^3).
 
     Parameters
     ----------
     law : NamedTuple
         Contact law; a change of its coefficient along the rest of the sequence counts as error.
     impact_damping, force, jerk, gap_rate : float
-        As for `completion_times`.
+        As for `accumulation_times`.
     dashpot_rate : float
         Fastest rate at which dashpots change accelerations.
     snap_scale : float
@@ -92,7 +92,7 @@ def completion(
         return 0.0, math.inf
     if gap_rate == 0.0:
         return 0.0, 0.0
-    first, duration = completion_times(impact_damping, restitution, force, jerk, gap_rate)
+    first, duration = accumulation_times(impact_damping, restitution, force, jerk, gap_rate)
     change = (abs(jerk) / force + dashpot_rate) * first
     error = first * (change * change + snap_scale / force * first * first)
     # No later impact is faster than by this change.

@@ -6,7 +6,7 @@ import pytest
 from tails import completed, tail
 
 from damper import Parameters
-from damper.engine.completion import bounce_at, completion_times, sticks
+from damper.engine.accumulation import accumulation_times, bounce_at, sticks
 from damper.models import model_of
 from damper.parameters.dampers import BASIC
 
@@ -28,7 +28,7 @@ def test_sticks_while_the_contact_force_is_positive(side: float) -> None:
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_orders_of_the_completion_times(side: float) -> None:
+def test_orders_of_the_accumulation_times(side: float) -> None:
     """Halving w divides the errors by 4.06 and 8.07 (model section 4), on both walls alike."""
     mu, zeta, omega, r = ON_WALL
     phase = 0.0 if side > 0.0 else math.pi
@@ -40,7 +40,7 @@ def test_orders_of_the_completion_times(side: float) -> None:
         exact = completed(values, 2.0, 1, 2.0, 0.1, w, within=1.1 * duration, digits=50).time
         force = -(math.sin(omega * 2) - 2 * zeta * 0.1 - 2.0)
         jerk = omega * math.cos(omega * 2) + 2 * zeta * force - 0.1
-        first, second = completion_times(zeta * mu / (1 + mu), r, force, jerk, w)
+        first, second = accumulation_times(zeta * mu / (1 + mu), r, force, jerk, w)
         assert second == pytest.approx(duration, rel=1e-14)
         errors.append((float(first - exact), float(duration - exact)))
     ratios = [one / other for one, other in zip(*errors, strict=True)]
