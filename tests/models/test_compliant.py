@@ -83,12 +83,6 @@ def test_under_a_constant_force_no_longer_contact_reopens(z: float) -> None:
     assert longest <= 2 * math.pi
 
 
-def test_penetrated_start_is_allowed() -> None:
-    rows = rows_of(compliant(GENERIC, 100.0, 0), 1.0, State(0.0, 0.0, 0.3, 0.0))
-    assert (rows[0, MODE], rows[0, SIDE]) == (CONTACT, 1.0)
-    assert rows[0, GAP] == pytest.approx(-0.05)
-
-
 def test_a_flight_out_of_the_wall_ends_at_its_surface() -> None:
     rows = rows_of(Parameters(0.3, 0.0, 1.0, 1e-3, 0.5, contact_stiffness_ratio=1e6), 50.0)
     run = start_run(Parameters(0.3, 0.0, 1.0, 1e-3, 0.5, contact_stiffness_ratio=1e6))
@@ -249,22 +243,3 @@ def test_the_peak_in_a_contact_under_a_fast_force() -> None:
         largest = np.abs(np.concatenate(samples)).max()
         found = simulate(**p.acting, **start, transient=0, periods=1, observers=["response"])
         assert -1e-14 < found.peak_displacement.item() - largest < 1e-4
-
-
-def test_trajectory_and_bursts() -> None:
-    ask = {"bursts": {"records": 3}, "trajectory": {"samples_per_period": 50, "events": 50}}
-    point = dict(zip(NAMES, QUIET, strict=True)) | {"contact_stiffness_ratio": 1e6}
-    found = simulate(**point, transient=0, periods=1, observers=ask)
-    p = compliant(QUIET, 1e6, 0)
-    rows = rows_of(p, p.cycle)
-    listed = rows[rows[:, CAUSE] >= IMPACT]
-    shown = found.trajectory_event.values
-    impacts = int((listed[:, CAUSE] == IMPACT).sum())
-    assert (shown == 0).sum() == 2 * impacts
-    assert (shown >= 0).sum() == len(listed) + impacts
-    v = found.trajectory_velocity.values[shown == 0]
-    np.testing.assert_array_equal(v[::2], v[1::2])
-    assert found.complete_fraction > 0.0
-    assert found.burst_complete[:2].max() == 1.0
-    lasting = rows[rows[:, MODE] == STICKING][:, DURATION].sum()
-    assert float(found.sticking_fraction) == pytest.approx(lasting / p.cycle)

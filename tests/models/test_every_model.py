@@ -3,38 +3,19 @@
 import inspect
 import math
 from importlib import import_module
-from itertools import combinations, pairwise
+from itertools import combinations, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from cases import thinned
-from event_pairs import log_of
 from new_process import in_new_process
 from scenes import MODELS as OF_ONE
 from scenes import QUIET as SCENE
 
-from damper import Parameters, State, equal_masses, events, periodic_orbit, simulate
+from damper import Parameters, equal_masses, events, periodic_orbit, simulate
 from damper.engine.forcing import derivative_of, phase_at
-from damper.engine.model import mass_ratio_at
-from damper.engine.segment import (
-    CAUSE,
-    DURATION,
-    GAP,
-    GAP_RATE,
-    IMPACT,
-    MODE,
-    PERIODS,
-    SIDE,
-    SPEED,
-    TAIL,
-    TIME,
-    V_BEFORE,
-    V,
-    X,
-)
-from damper.models import start_run
 from damper.models.forces import drive_of
 from damper.observers import OBSERVERS, observer_class
 from damper.observers.common.laws import broken
@@ -58,58 +39,6 @@ def parameters(name: str, **changes: float) -> Parameters:
 
 def test_all_models_are_here() -> None:
     assert {parameters(name).model for name in MADE} == set(ON_PRIMARY)
-
-
-@of_one
-def test_segments_join(name: str) -> None:
-    """Nothing jumps between segments but velocities at impacts, where momentum is kept."""
-    p = parameters(name)
-    run = start_run(p)
-    log = log_of(run, 100.0)
-    causes = set()
-    for row, following in pairwise(log):
-        x, v, gap, rate = run.motion_in(row, row[DURATION])
-        assert x == pytest.approx(following[X], abs=1e-13)
-        assert v == pytest.approx(following[V_BEFORE], abs=1e-13)
-        causes.add(following[CAUSE])
-        speed = row[SIDE] * following[SIDE] * following[SPEED]
-        if following[CAUSE] == IMPACT and row[MODE] != TAIL:
-            assert -rate == pytest.approx(speed, abs=1e-13)
-        if row[SIDE] == following[SIDE] and following[CAUSE] != IMPACT:
-            assert gap == pytest.approx(following[GAP], abs=1e-13)
-            assert rate == pytest.approx(following[GAP_RATE], abs=1e-12)
-        if following[CAUSE] == IMPACT and p.model != "compliant":
-            mu = mass_ratio_at(run.model, following[PERIODS], following[TIME])
-            side = following[SIDE]
-            before = following[V_BEFORE] + mu * (following[V_BEFORE] + side * following[SPEED])
-            after = following[V] + mu * (following[V] - side * following[GAP_RATE])
-            assert after == pytest.approx(before, abs=1e-15)
-    assert causes >= {0.0, 1.0, 2.0}
-
-
-@each
-def test_gap_stays_open(name: str) -> None:
-    """Dense samples inside the segments; a compliant wall gives, but not without a force."""
-    p = parameters(name)
-    run = start_run(p)
-    depth = 0.0
-    for row in log_of(run, 50.0 if name in OF_ONE else 15.0):
-        for part in np.linspace(0.0, 1.0, 40).tolist():
-            _, _, gap, _ = run.motion_in(row, part * row[DURATION])
-            depth = min(depth, gap)
-            assert gap <= 2.0 * p.clearance + 1e-15
-    assert depth == 0.0 if p.model != "compliant" else -1e-2 < depth < -1e-4
-
-
-@of_one
-def test_start_on_a_wall_at_rest(name: str) -> None:
-    """The force presses, and the masses stick at once; or it parts them, and none is counted."""
-    for side in (-1, 1):
-        state = State(0.0, 0.0, side * 0.25, 0.0)
-        pressed = events(parameters(name, phase=-side * math.pi / 2), state, until=1.0)
-        assert [(row["kind"], row["side"]) for row in pressed] == [(1, side)]
-        parted = events(parameters(name, phase=side * math.pi / 2), state, until=0.3)
-        assert len(parted) == 0
 
 
 # --- energy
@@ -158,53 +87,43 @@ FORCES: dict[str, dict[str, Any]] = {
 }
 
 
-@each
-def test_response_against_samples(name: str) -> None:
-    """Mean square, peak and what friction takes, by samples that a record is full of."""
-    p = parameters(name)
+@pytest.mark.parametrize(
+    ("name", "force"),
+    [*((name, "") for name in MADE), *product(("rigid", "grounded"), FORCES)],
+)
+def test_response_against_samples(name: str, force: str) -> None:
+    """Mean square, peak, work of the force and what each part takes, by samples of a full record.
+
+    None of the forces jumps in the window: samples would be off by a part of one.
+    """
+    p = parameters(name, **FORCES.get(force, {}))
     bodies = {"bodies": range(len(p.each))} if p.masses else {}
     sampled = {"samples_per_period": 4000, "events": 400} | bodies
     ask = {"response": {"friction_loss": p.friction > 0.0}, "trajectory": sampled}
     found = simulate(p, transient=1, periods=1, observers=ask)
     rows = found.isel(instant=np.isfinite(found.trajectory_time.values))
     time, x = rows.trajectory_time.values, rows.trajectory_displacement.values
+    v, u = rows.trajectory_velocity.values, np.atleast_2d(rows.trajectory_free_velocity.values)
     peak = float(found.peak_displacement)
-    assert np.abs(x).max() * (1 - 1e-15) <= peak == pytest.approx(np.abs(x).max(), rel=2e-6)
+    assert np.abs(x).max() * (1 - 1e-15) <= peak == pytest.approx(np.abs(x).max(), rel=1e-5)
     mean = np.trapezoid(x * x, time) / p.cycle
     assert float(found.rms_displacement) == pytest.approx(math.sqrt(mean), rel=1e-6)
-    if p.friction:
-        apart = abs(rows.trajectory_free_velocity.values - rows.trajectory_velocity.values)
-        pushes = np.array([one.mass_ratio * one.friction for one in p.each])
-        loss = (pushes @ np.trapezoid(np.atleast_2d(apart), time, axis=1)).item()
-        assert float(found.friction_loss) == pytest.approx(loss, rel=1e-5)
-
-
-@pytest.mark.parametrize("force", ["harmonics", "in its frame", "of the base"])
-@pytest.mark.parametrize("name", ["rigid", "grounded"])
-def test_response_under_a_force_against_samples(name: str, force: str) -> None:
-    """Mean square, peak, work of the force on both masses and the dashpots' losses, as sampled.
-
-    None of the forces jumps in the window: samples would be off by a part of one.
-    """
-    observers = {"response": None, "trajectory": {"samples_per_period": 4000, "events": 400}}
-    given = {**SCENE, **MADE[name], **FORCES[force]}
-    found = simulate(**given, transient=1, periods=1, observers=observers)
-    p = Parameters(**given)
-    sampled = found.isel(instant=np.isfinite(found.trajectory_time.values))
-    time, x = sampled.trajectory_time.values, sampled.trajectory_displacement.values
-    v, u = sampled.trajectory_velocity.values, sampled.trajectory_free_velocity.values
     shape, amplitude, share = drive_of(p)
     push = [
         amplitude * derivative_of(shape, phase_at(shape, 1.0, float(now)), 0)
         for now in time + float(found.trajectory_start)
     ]
-    work = np.trapezoid(push * (v + share * p.mass_ratio * u), time)
-    loss = np.trapezoid(2.0 * p.damping_ratio * v * v + 2.0 * p.support_damping_ratio * u * u, time)
-    assert float(found.energy_input) == pytest.approx(work, rel=1e-5)
-    assert float(found.dashpot_loss) == pytest.approx(loss, rel=1e-5)
-    mean = np.trapezoid(x * x, time) / p.cycle
-    assert float(found.rms_displacement) == pytest.approx(math.sqrt(mean), rel=1e-6)
-    assert float(found.peak_displacement) == pytest.approx(abs(x).max(), rel=1e-5)
+    ratios = np.array([one.mass_ratio for one in p.each])
+    work = np.trapezoid(push * (v + share * ratios @ u), time)
+    # Few samples lie in a contact of stiff walls.
+    rough = 1e-3 if p.model == "compliant" else 1e-5
+    assert float(found.energy_input) == pytest.approx(work, rel=rough)
+    moves = p.damping_ratio * v * v + p.support_damping_ratio * (u * u).sum(axis=0)
+    assert float(found.dashpot_loss) == pytest.approx(2.0 * np.trapezoid(moves, time), rel=rough)
+    if p.friction:
+        rubs = ratios * [one.friction for one in p.each]
+        loss = np.trapezoid(rubs @ abs(u - v), time)
+        assert float(found.friction_loss) == pytest.approx(loss, rel=1e-5)
 
 
 # --- limits

@@ -6,42 +6,8 @@ from dataclasses import replace
 import pytest
 from scenes import GENERIC
 
-from damper import Parameters, SIParameters, State, continue_orbit, events, periodic_orbit, simulate
-from damper.models import start_run
+from damper import Parameters, SIParameters, State, continue_orbit, periodic_orbit
 from damper.theory.ball_on_table import bounce
-
-#: Two impacts a period.
-TWO_IMPACTS = {"damping_ratio": 0.1, "frequency_ratio": 1.0, "clearance": 5.0, "restitution": 0.5}
-
-
-def test_a_ball_on_a_heavy_floor_comes_to_rest() -> None:
-    """It falls half of the gap, and all of its bounces take (1 + r) / (1 - r) times as long."""
-    p = Parameters(0.0, 0.0, 1.0, 2.0, 0.5, force_amplitude=0.0, gravity=0.3)
-    table = events(p, until=60.0)
-    fall = math.sqrt(2 * 2.0 / 0.3)
-    assert set(table["side"]) == {-1}
-    assert table["time"][0] == pytest.approx(fall, rel=1e-15)
-    assert table["kind"][-1] == 1  # for good
-    assert table["time"][-1] == pytest.approx(fall * 1.5 / 0.5, rel=1e-15)
-
-
-def test_masses_at_rest_hang_at_the_weight() -> None:
-    p = Parameters(0.3, 0.4, 1.0, 0.5, 0.2, force_amplitude=0.0, gravity=0.7)
-    run = start_run(p)
-    run.skip(60.0)
-    at = run.state_at(60.0)
-    assert (at.x, at.v, at.y, at.u) == pytest.approx((-0.21, 0.0, -0.71, 0.0), abs=1e-13)
-
-
-def test_sticking_follows_the_joined_masses() -> None:
-    """(1 + mu) x'' + 2 zeta x' + x = sin - mu gamma; no release where x'' stays above -gamma."""
-    mu, zeta, omega, gamma = 0.2, 0.3, 0.8, 3.0
-    start = {"initial_position": -1.0, "transient": 40, "periods": 2}
-    values = {"mass_ratio": mu, "damping_ratio": zeta, "gravity": gamma}
-    cube = simulate(**GENERIC | values, **start, observers=["response"])
-    steady = 1 / math.hypot(1 - (1 + mu) * omega**2, 2 * zeta * omega)
-    assert cube["peak_displacement"].item() == pytest.approx(steady + mu * gamma, abs=1e-9)
-    assert cube["energy_input"].item() == pytest.approx(cube["dashpot_loss"].item(), rel=1e-10)
 
 
 def test_a_weight_out_of_range_is_refused() -> None:

@@ -5,13 +5,11 @@ import random
 
 import numpy as np
 import pytest
-from event_pairs import KINDS
-from scipy.integrate import solve_ivp
+from event_pairs import KINDS, log_of
 
 from damper import Parameters, State, events
 from damper.engine.model import motion
 from damper.engine.segment import CAUSE, FLIGHT, IMPACT, MODE, SPEED, TIME, segment_at
-from damper.engine.trajectory import Trajectory
 from damper.models import start_run
 
 
@@ -19,13 +17,6 @@ def parameters(values: tuple) -> Parameters:
     """Return the parameters of a scene of the reference."""
     *rigid, stiffness, damping = values
     return Parameters(*rigid, support_stiffness_ratio=stiffness, support_damping_ratio=damping)
-
-
-def log_of(run: Trajectory, periods: float) -> np.ndarray:
-    return np.concatenate([piece.copy() for piece in run.segments(periods)])
-
-
-REST = (0, 0, 0, 0)
 
 
 # --- between the events
@@ -47,7 +38,7 @@ def test_no_swing_into_a_wall_is_missed() -> None:
         if abs(y0 - x0) >= clearance:
             continue
         run = start_run(scene, State(x0, v0, y0, u0), max_events=1)
-        log = log_of(run, 1.0)
+        log = log_of(run, run.cycle)
         until = run.cycle
         if run.events:
             end = log[log[:, SPEED] > 0][0]
@@ -64,31 +55,7 @@ def test_no_swing_into_a_wall_is_missed() -> None:
     assert hits > 15
 
 
-# --- the rest of a chatter sequence
-
-
 # --- sticking and release
-
-
-def test_stuck_between_both_walls() -> None:
-    """No clearance: one mass on both springs and dashpots, and no event."""
-    scene = Parameters(
-        0.5, 0.1, 0.7, 0.0, 0.5, support_stiffness_ratio=2.0, support_damping_ratio=3 * 0.1
-    )
-    run = start_run(scene, State(0.3, 0.1, 0.3, 0.4))
-    run.skip(11.0)
-    assert run.events == 0
-    end = run.state_at(11.0)
-    exact = solve_ivp(
-        lambda t, z: [z[1], (math.sin(0.7 * t) - 0.8 * z[1] - 3 * z[0]) / 1.5],
-        (0, 11 * run.cycle),
-        [0.3, (0.1 + 0.5 * 0.4) / 1.5],
-        "DOP853",
-        rtol=1e-12,
-        atol=1e-13,
-    )
-    assert (end.x, end.v) == pytest.approx(tuple(exact.y[:, -1]), abs=1e-10)
-    assert (end.y, end.u) == (end.x, end.v)
 
 
 def test_a_release_is_where_the_contact_force_vanishes_however_heavy_the_support_damping() -> None:
@@ -119,7 +86,7 @@ def test_a_flight_that_is_cut_goes_on_as_it_was_however_far_the_walls_are() -> N
         support_damping_ratio=1.48324e-06,
     )
     run = start_run(p, State(0.661809, 0.0, 1e6 + 0.661809, -1e-9))
-    log = log_of(run, 1)
+    log = log_of(run, run.cycle)
     cut = [k for k in range(len(log) - 1) if log[k, MODE] == FLIGHT and log[k + 1, CAUSE] < IMPACT]
     assert cut
     for k in cut:

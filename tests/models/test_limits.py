@@ -11,15 +11,6 @@ import damper
 from damper import IMPACT, STICK, Parameters, State, simulate
 from damper.observers.common.laws import LAW_NAMES, broken
 
-#: Beside this y a stop at x = 1 is the left wall, and the right one is out of reach.
-FAR = -10.0
-
-
-def impact_oscillator(force_amplitude: float) -> Parameters:
-    """x'' + 0.04 x' + x = A cos 0.81 t with a stop at x = 1."""
-    forced = {"phase": math.pi / 2, "force_amplitude": force_amplitude}
-    return Parameters(math.inf, 0.02, 0.81, 1.0 - FAR, 0.9, **forced)
-
 
 def test_between_two_stops_the_primary_flies_along_parts_of_sines() -> None:
     """x'' + x = 0: from stop to stop it takes 2 atan2(d, v), and v falls by r."""
@@ -45,20 +36,6 @@ def test_pressed_on_a_stop_the_primary_comes_to_exact_rest_and_leaves_with_the_f
     run = damper.start(p)
     run.advance(12.0)
     assert (run.state.x, run.state.v, run.state.y, run.state.u) == (1.0, 0.0, 0.0, 0.0)
-
-
-@pytest.mark.parametrize(
-    ("amplitude", "multiplier", "speed"),
-    [(0.36, 0.43378 + 0.49732j, 0.4091), (0.35805, 0.40333 + 0.52232j, 0.3591)],
-)
-def test_an_impact_oscillator_of_others(
-    amplitude: float, multiplier: complex, speed: float
-) -> None:
-    """Orbits of the VIVID toolbox, arXiv:2510.16218: one impact in two cycles."""
-    start = State(-0.8, 0.2, FAR, 0.0)
-    orbit = damper.periodic_orbit(impact_oscillator(amplitude), period=2, state=start)
-    assert orbit.multipliers == pytest.approx([multiplier, multiplier.conjugate()], abs=2e-5)
-    assert orbit.events["approach_speed"] == pytest.approx([speed], abs=5e-5)
 
 
 def test_sensitivities_beside_a_fixed_stop_and_at_mass_ratio_zero() -> None:

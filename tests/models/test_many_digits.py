@@ -13,6 +13,7 @@ from damper.engine.segment import IMPACT, RELEASE, RESTING, SLIP, STICKING, TAIL
 from damper.models import start_run
 from damper.models.several.bodies import MODE
 from damper.parameters.dampers import BASIC
+from damper.verification.reference import exact_run
 
 REST = (0, 0, 0, 0)
 #: Of each model with one mass some with each feature, of several masses some of all models.
@@ -76,6 +77,26 @@ def happened(values: dict[str, Any], state: tuple[Any, ...], until: float) -> se
             found |= {"together"} if s.cause == before == IMPACT and s.duration == 0.0 else set()
             before = s.cause
     return found
+
+
+@pytest.mark.parametrize(
+    ("values", "u"),
+    [
+        ((0.4, 0.05, 0.8, 0.0, 0.6, 0.3), -0.2),
+        ((0.4, 2.0, 0.8, 0.0, 0.6, 0.3), 0.7),
+        ((0.5, 0.1, 0.7, 0.0, 0.5, 0.0, 2.0, 0.3), 0.4),
+    ],
+    ids=["underdamped", "overdamped", "grounded"],
+)
+def test_without_a_clearance_both_masses_move_as_one(values: tuple[float, ...], u: float) -> None:
+    """From the momentum that both have, without an event."""
+    given, start = grounded(*values) if len(values) > 6 else of(*values), (0.3, -0.2, 0.3, u)
+    run = start_run(Parameters(**given), State(*start))
+    run.skip(*run.whole_periods(60.0))
+    assert run.events == 0
+    end = run.state_at(*run.whole_periods(60.0))
+    known = exact_run(given, start, until=60.0, digits=25).final
+    assert [end.x, end.v, end.y, end.u] == pytest.approx([*map(float, known)], abs=1e-12)
 
 
 # --- corners, and scenes of their own

@@ -10,9 +10,9 @@ import yaml
 from project_copy import small_study
 from scenes import GENERIC, QUIET
 
-from damper import Parameters, SIParameters, State, equal_masses, events, periodic_orbit
+from damper import Parameters, State, equal_masses, events, periodic_orbit
 from damper.engine.model import read_segment
-from damper.engine.segment import DURATION, V_BEFORE, V
+from damper.engine.segment import V_BEFORE, V
 from damper.models import start_run
 from damper.models.several.bodies import MODE
 from damper.models.tangent import derivative
@@ -228,25 +228,6 @@ def test_equal_masses_in_step_are_one(count: int, friction: float, gravity: floa
             assert own[name] == pytest.approx(one[name], abs=2e-12)
 
 
-def test_elastic_masses_without_a_force_keep_their_energy() -> None:
-    """And at low energy share it: half of it per mass's speed, and per primary's x and v."""
-    p = damper_of({}, {"mass_ratio": 0.3, "clearance": 0.7}, restitution=1.0)
-    run = start_run(p, State(0.6, 0.3, [0.5, 0.5], [0.9, -0.4]))
-    sums, ratios, passed, energies = np.zeros(4), run.model.masses[:, 0], 0.0, []
-    for log in run.segments(250.0):
-        for row in log:
-            # Three points of the segment weigh as its length: a mean over time.
-            for part in (0.1, 0.5, 0.9):
-                x, v, _, u = run.state_in(row, part * row[DURATION])
-                shares = np.array([x * x, v * v, *(ratios * u * u)])
-                energies.append(0.5 * shares.sum())
-                sums += shares * row[DURATION]
-                passed += row[DURATION]
-    assert max(energies) - min(energies) < 1e-12
-    shares = sums / passed
-    assert shares == pytest.approx(shares.mean(), rel=0.25)
-
-
 @pytest.mark.exhaustive
 def test_elastic_masses_share_their_energy_equally() -> None:
     """Means over a million impacts: a quarter each to x, to v and to each mass, to one per cent.
@@ -287,15 +268,6 @@ def test_elastic_masses_share_their_energy_equally() -> None:
 
 
 # --- units of measure, and what is refused
-
-
-def test_si_units() -> None:
-    scaled = Parameters(**GENERIC, masses=[{}, {"clearance": 1.3, "gravity": 0.1}])
-    machine = SIParameters.of(scaled, 2.0, 200.0, 10.0)
-    one, other = events(scaled, until=30.0), events(machine, until=30.0 * machine.units.time)
-    assert len(one) >= 5
-    assert told(one) == told(other)
-    assert other["time"] == pytest.approx(one["time"] * machine.units.time, rel=1e-9)
 
 
 REFUSED: list[tuple[dict[str, Any], str]] = [

@@ -6,15 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from project_copy import small_study
-from scenes import QUIET
 from studies import blame
 
-from damper import Base, Parameters, SIParameters, State, events, simulate
+from damper import Parameters, State, events, simulate
 from damper.engine.segment import CAUSE, GAP, NOTHING
 from damper.models import start_run
 from damper.models.sensitivity import neighbours
 from damper.models.tangent import derivative
-from damper.observers.common.laws import broken
 from damper.sweep.orbits.arcs import Arc
 
 IMPACT, STICK, RELEASE, STOPPED, REST, SLIP, REVERSAL = range(7)
@@ -75,22 +73,6 @@ def test_an_idle_damper_comes_to_rest(u: float) -> None:
     assert found["time"][-1] < 50.0
 
 
-def test_the_laws_hold_in_the_frame_of_a_base() -> None:
-    given = {"forcing": Base("base"), "force_amplitude": 5.0, "friction": 0.05, "clearance": 0.2}
-    cube = simulate(
-        **QUIET | given, initial_velocity=1.0, observers=["laws"], transient=0, periods=4
-    )
-    assert cube.status == 0
-    assert cube.segments > 50
-    assert not broken({name: cube[name].values[None] for name in cube.data_vars}).any()
-
-
-def test_only_one_model_at_a_time() -> None:
-    message = "modulation_depth .time_varying. and friction .sliding. ask for different models"
-    with pytest.raises(ValueError, match=message):
-        Parameters(**QUIET, friction=0.1, modulation_depth=0.1)
-
-
 def test_no_derivative_where_it_stops_at_the_very_wall() -> None:
     """The speed between one that reaches the wall, which is 1 away, and one that does not."""
     p = Parameters(mass_ratio=1e-6, restitution=0.5, friction=0.5, **SWING)
@@ -111,9 +93,3 @@ def test_studies_refuse_what_does_not_know_friction(tmp_path: Path) -> None:
     study["observers"] |= {"accumulation": {}}
     message = blame(tmp_path, study)
     assert "observers.accumulation\n    accumulation does not know dry friction" in message
-
-
-def test_a_coefficient_of_friction_needs_what_presses() -> None:
-    values = (2.0, 4.0, 200.0, 10.0, 11.0, 0.2, 0.02, 0.6)
-    with pytest.raises(ValueError, match=r"^friction_coefficient = 0\.05 without transverse_acc"):
-        SIParameters(*values, friction_coefficient=0.05)

@@ -116,21 +116,6 @@ def test_a_change_on_the_way_to_small_speeds_counts() -> None:
     np.testing.assert_allclose(found, slopes, atol=1e-15)
 
 
-def test_the_mirror_image() -> None:
-    """Walls exchanged, half a cycle later."""
-    p = Parameters(**SLOW, **UNLIKE)
-    q = replace(
-        p,
-        phase=np.pi,
-        restitution_table=UNLIKE["restitution_table_left"],
-        restitution_table_left=TABLE,
-    )
-    found, mirrored = events(p, until=40.0), events(q, until=40.0)
-    assert len(found) == len(mirrored) > 10
-    np.testing.assert_array_equal(found["side"], -mirrored["side"])
-    np.testing.assert_allclose(found["time"], mirrored["time"], atol=1e-11)
-
-
 @pytest.mark.parametrize("name", ["stiffness", "primary_mass"])
 def test_sensitivities_are_differences_of_orbits(name: str) -> None:
     """In SI units, where a parameter moves the table's speeds against those of the damper."""
