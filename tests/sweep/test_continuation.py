@@ -17,7 +17,6 @@ from damper.sweep.cube import gather
 from damper.sweep.parts import PartData, read_part, write_part
 from damper.sweep.runs import run_points
 from damper.sweep.slices import simulate_slice
-from damper.theory.two_impacts import orbits
 
 #: Two impacts per cycle, not chaotic: what two runs have in common stays in common.
 SCENE: dict[str, float] = {
@@ -290,51 +289,6 @@ def test_motion_in_metres_goes_on_along_the_stiffness() -> None:
         # Period and gap are the same at every stiffness: nothing to convert in m and s.
         assert damper.cycle == pytest.approx(0.2 * np.pi, rel=1e-15)
         state = State(*(float(longer[name][-1]) for name in names))
-
-
-# --- hysteresis
-
-
-HYSTERESIS: dict[str, Any] = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.02,
-    "clearance": 5.0,
-    "restitution": 0.7,
-    "frequency_ratio": np.round(np.linspace(0.97, 1.25, 15), 2).tolist(),
-    "transient": 150,
-    "periods": 10,
-    "observers": {"stroboscopic_section": {"free_mass": True}, "impacts": {}},
-}
-
-
-@pytest.fixture(scope="module")
-def hysteresis() -> xr.Dataset:
-    return simulate(**HYSTERESIS, follow={"frequency_ratio": "both"})
-
-
-def test_hysteresis_is_real(hysteresis: xr.Dataset) -> None:
-    """Above resonance both branches are known in closed form.
-
-    Upwards the orbit with two impacts per cycle, downwards the linear response that never reaches
-    the walls.
-    """
-    tail = [w for w in HYSTERESIS["frequency_ratio"] if w >= 1.15]
-    assert len(tail) >= 5
-    for omega in tail:
-        up, down = (hysteresis.sel(frequency_ratio=omega, direction=way) for way in ("up", "down"))
-        both = orbits(Parameters(0.1, 0.02, omega, 5.0, 0.7))
-        (orbit,) = [orbit for orbit in both if orbit.admissible and orbit.stable]
-        assert up.impacts_per_period == 2.0
-        np.testing.assert_allclose(up.max_approach_speed, orbit.approach_speed, rtol=1e-4)
-        np.testing.assert_allclose(abs(up.free_velocity), orbit.speed, rtol=1e-4)
-        amplitude = 1 / np.hypot(1 - omega**2, 0.04 * omega)
-        assert amplitude < 5.0
-        assert down.impacts_per_period == 0.0
-        at = -np.arctan2(0.04 * omega, 1 - omega**2)
-        # The transient of the first run at rest has not died away altogether.
-        np.testing.assert_allclose(down.displacement, amplitude * np.sin(at), atol=1e-5)
-    # The branches meet at the lower end, in the range where the linear response hits the walls.
-    assert float(hysteresis.impacts_per_period.sel(direction="down").max()) > 0.0
 
 
 # --- misuse

@@ -193,21 +193,6 @@ def test_masses_in_step_are_sensitive_as_one() -> None:
             refused("clearance_2")
 
 
-def test_multipliers_under_two_harmonics(uneven: damper.PeriodicOrbit) -> None:
-    def after(start: np.ndarray) -> np.ndarray:
-        run = start_run(uneven.parameters, State(*start))
-        run.skip(1.0)
-        end = run.state_at(1.0)
-        return np.array([end.x, end.v, end.y, end.u])
-
-    columns = [
-        five_points(lambda step, w=w: after(uneven.start + step * w), 1e-4) for w in np.eye(4)
-    ]  # type: ignore[misc]
-    known = np.linalg.eigvals(np.stack(columns, axis=1))
-    known = known[np.lexsort((-known.imag, -abs(known)))]
-    np.testing.assert_allclose(uneven.multipliers, known, rtol=1e-7)
-
-
 #: With dry friction: two impacts on each wall that it stops between; one on each, begun at rest.
 RUBBING = {
     "begins in a slide": Parameters(0.1, 0.05, 1.06, 1.2, 0.4, 3.6, friction=0.6),
@@ -396,18 +381,6 @@ def test_completed_chatter_leaves_two_directions(more: dict[str, float]) -> None
     end = run.state_at(10.0)
     for name in ("x", "v", "y", "u"):
         assert getattr(end, name) == pytest.approx(getattr(orbit.state, name), abs=1e-10)
-
-
-def test_a_motion_that_begins_in_contact() -> None:
-    """The phase of the forcing is that of a moment of sticking."""
-    base = periodic_orbit(Parameters(frequency_ratio=1.3, **CHATTER), settle=100)
-    kinds, times = base.events["kind"], base.events["time"]
-    stick = np.flatnonzero(kinds == 1)[0]
-    middle = 0.5 * (times[stick] + times[stick + 1])
-    p = Parameters(frequency_ratio=1.3, phase=1.3 * middle, **CHATTER)
-    orbit = periodic_orbit(p, settle=100)
-    assert orbit.state.v == orbit.state.u
-    np.testing.assert_allclose(orbit.multipliers[:2], base.multipliers[:2], rtol=1e-9)
 
 
 def test_what_is_not_found_is_said() -> None:

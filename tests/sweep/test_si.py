@@ -26,7 +26,6 @@ from damper.parameters import NO_UNITS, Units
 from damper.parameters.quantities import INITIAL_NAMES
 from damper.parameters.units import AMPLITUDES, name_of, units_of
 from damper.sweep.orbits.periodic import followed
-from damper.sweep.runs import run_points
 
 #: F0/K = 0.05 m, sqrt(M/K) = 0.1 s, F0/sqrt(K M) = 0.5 m/s, F0^2/K = 0.5 J.
 SI: dict[str, float] = SCENE_SI | {"phase": 0.3}
@@ -442,17 +441,3 @@ def test_mistake_in_a_study_in_si(tmp_path: Path, old: str) -> None:
     message = blame(tmp_path, STUDY.replace(old, new))
     assert message.startswith("1 error ")
     assert [part for part in parts if part not in message] == []
-
-
-# --- runs
-
-
-def test_a_mixed_grid_is_refused_before_anything_is_run() -> None:
-    done: list[int] = []
-    with pytest.raises(ValueError, match=r"stiffness \(SI units\) and mass_ratio.* are mixed"):
-        simulate(**RATIOS, stiffness=200.0)
-    with pytest.raises(ValueError, match=r"gap = -0\.1: .*gap >= 0"):
-        simulate(**SI | {"gap": [0.1, -0.1]})
-    with pytest.raises(ValueError, match="mixed"):
-        run_points([SI, {**SI, "clearance": 1.0}], [], transient=1, periods=1, progress=done.append)
-    assert done == []

@@ -63,14 +63,14 @@ def test_a_changed_byte_is_noticed(tmp_path: Path) -> None:
     write_part(part, path)
     whole = path.read_bytes()
     refused = 0
-    for place in range(len(whole)):
+    for place in range(0, len(whole), 3):
         path.write_bytes(whole[:place] + bytes([whole[place] ^ 4]) + whole[place + 1 :])
         try:
             assert_equal(read_part(path), part)
         except DamagedPartError:
             refused += 1
-    assert refused > 0.5 * len(whole)
-    for length in range(0, len(whole), 7):
+    assert refused > 0.5 * len(whole) / 3
+    for length in range(0, len(whole), 17):
         path.write_bytes(whole[:length])
         with pytest.raises(DamagedPartError, match=re.escape(str(path))):
             read_part(path)
