@@ -1,7 +1,6 @@
 """Intervals of made-up chatter functions with known edges, and of simulated cubes."""
 
 from bisect import bisect_right
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,6 @@ from damper.analysis.intervals import (
     chatter_intervals,
     intervals,
 )
-from damper.analysis.places import rows_at
 from damper.sweep.runs import run_points
 
 #: Edges of four thresholds and predicates take thousands of runs.
@@ -64,9 +62,6 @@ def test_no_more_evaluations_than_bisection_needs(resolution: float) -> None:
     halvings = int(np.ceil(np.log2(0.05 / resolution)))
     assert len(steps.seen) == 2 * halvings
     assert len(set(steps.seen)) == len(steps.seen)
-
-
-# --- flags
 
 
 # --- any step function
@@ -204,24 +199,6 @@ def test_all_places_thresholds_and_predicates_in_order(table: pd.DataFrame) -> N
     groups = table.groupby(["mass_ratio", "threshold", "chatter"], sort=False)
     assert [name for name, _ in groups] == order
     assert groups["restitution_lower"].apply(lambda lower: lower.is_monotonic_increasing).all()
-
-
-def test_intervals_hold_exactly_the_grid_values_with_chatter(
-    cube: xr.Dataset, table: pd.DataFrame
-) -> None:
-    for mass, threshold in product(MASSES, THRESHOLDS):
-        line = cube.chatter_by_threshold.sel(mass_ratio=mass, threshold=threshold)
-        for predicate, levels in HOLDS.items():
-            where = {
-                "mass_ratio": mass,
-                "threshold": f"{100 * threshold:g} %",
-                "chatter": predicate,
-            }
-            mine = rows_at(table, where)
-            assert len(mine)
-            for r, level in zip(GRID_R, line.values, strict=True):
-                inside = (mine["restitution_lower"] <= r) & (r <= mine["restitution_upper"])
-                assert inside.any() == (level in levels), (where, r)
 
 
 def test_edges_are_where_runs_from_rest_change(table: pd.DataFrame) -> None:

@@ -19,7 +19,7 @@ from damper import Parameters, State, events
 from damper.engine.compiled import COMPILED
 from damper.engine.loop import FINISHED
 from damper.engine.search import HORIZON
-from damper.engine.segment import CAUSE, GAP, PERIODS, STICK, TIME, X
+from damper.engine.segment import CAUSE, PERIODS, STICK, TIME
 from damper.engine.trajectory import Trajectory
 from damper.models import start_run
 from damper.theory.two_impacts import orbits
@@ -31,10 +31,8 @@ ORBIT = orbits(Parameters(0.1, 0.1, 1.0, 5.5, 0.5))[0]
 #: Complete chatter sequences on both walls; what begins there; whole turns of 2 pi.
 SCENES = {
     "orbit": ((0.1, 0.1, 1.0, 5.5, 0.5), ORBIT.start),
-    "chatter": ((0.1, 0.05, 0.2, 0.25, 0.6, 0.4), State(0.1, -0.2, 0.15, 0.3, 2.0)),
     "complete": ((0.1, 0.05, 0.2, 0.25, 0.3), State(0.0, 0.0, 0.0, 0.0)),
     "fast force": ((0.1, 0.02, 7.0, 0.05, 0.6), State(0.0, 0.1, 0.0, 0.3, -0.3)),
-    "period of eight": ((0.3, 0.0, math.pi / 4.0, 0.8, 0.9, -2.0), State(1.0, 0.3, 0.4, -0.8)),
 }
 
 
@@ -64,29 +62,6 @@ def test_stable_orbit_with_two_impacts_per_cycle(transient: int) -> None:
     x, v, *_ = expm(tau * primary) @ [state.x, state.v, math.sin(phase), math.cos(phase)]
     exact = [x, v, state.y + tau * state.u, state.u]
     assert np.abs(found - exact).max() < 1e-13
-
-
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("periods", [1_000_000, -(2**40)])
-def test_events_many_periods_later_are_the_same_bits(name: str, periods: int) -> None:
-    p, state = scene(name)
-    late = periods * p.cycle + state.time
-    # The same local time as that of the late start, to the last bit.
-    whole, rest = start_run(p).whole_periods(late)
-    x, v, y, u = state.x, state.v, state.y, state.u
-    here = damper.events(p, State(x, v, y, u, rest), until=rest + 150.0)
-    there = damper.events(p, State(x, v, y, u, late), until=late + 150.0)
-    # `until` is rounded, so one of them may hold one more.
-    count = min(len(here), len(there))
-    assert count > 10
-    assert max(len(here), len(there)) <= count + 1
-    here, there = here[:count], there[:count]
-    for field in ("kind", "side", "approach_speed", "x", "v", "time_in_cycle"):
-        assert np.array_equal(here[field], there[field]), field
-    assert np.array_equal(here["cycle"] + int(whole), there["cycle"])
-    assert np.array_equal(there["time"], there["cycle"] * p.cycle + there["time_in_cycle"])
-    assert (there["time_in_cycle"] >= 0.0).all()
-    assert (there["time_in_cycle"] < p.cycle).all()
 
 
 def test_the_stopped_row_counts_its_periods() -> None:
@@ -192,18 +167,6 @@ def test_periodic_chatter_spreads_no_more_after_very_many_periods() -> None:
     assert np.array_equal(np.diff(sticks[::2, PERIODS]), np.ones(len(sticks[::2]) - 1))
     for wall in (0, 1):
         assert np.ptp(sticks[wall::2, TIME]) < 1e-13
-
-
-def test_long_chatter_stays_in_its_box() -> None:
-    """Thousands of chatter sequences: x stays bounded, and the gap is never negative."""
-    p = Parameters(0.2, 0.01, 0.2, 0.03, 0.8)
-    run = start_run(p)
-    rows = np.concatenate([piece.copy() for piece in run.segments(500 if COMPILED else 20)])
-    assert run.status == FINISHED
-    assert rows[:, GAP].min() >= 0.0
-    assert rows[:, GAP].max() <= 2 * p.clearance
-    assert np.abs(rows[:, X]).max() < 3.0
-    assert (rows[:, CAUSE] == STICK).sum() > (900 if COMPILED else 25)
 
 
 SLOW = Parameters(0.1, 0.05, 0.8, 6.0, 0.6)
