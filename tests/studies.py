@@ -14,20 +14,25 @@ ENGINE = {"accuracy": 1e-12, "max_events": 10**6}
 #: Mistakes in study files and what is said of them, by the test that makes them.
 MISTAKES = yaml.safe_load((Path(__file__).parent / "study/mistakes.yaml").read_text())
 #: What a user has no use for.
-JARGON = ("pydantic", "type=", "input_", "Traceback", "https:", "tuple", "dict")
+JARGON = ("pydantic", "type=", "input_", "Traceback", "https:", "Study", "tuple", "dict")
 
 
-def load(folder: Path, given: str | dict[str, Any], name: str = "study") -> Any:
+def load(
+    folder: Path, given: str | bytes | dict[str, Any], name: str = "study", override: Any = None
+) -> Any:
     """Write a study, as text or as data, into a file of this name and load it."""
     path = folder / f"{name}.yaml"
-    path.write_text(given if isinstance(given, str) else yaml.safe_dump(given, sort_keys=False))
-    return load_study(path)
+    text = yaml.safe_dump(given, sort_keys=False) if isinstance(given, dict) else given
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return load_study(path, override)
 
 
-def blame(folder: Path, given: str | dict[str, Any], name: str = "study") -> str:
+def blame(
+    folder: Path, given: str | bytes | dict[str, Any], name: str = "study", override: Any = None
+) -> str:
     """What is said of one that is wrong: in plain words, the path of the file cut to its name."""
     with pytest.raises(ConfigError) as caught:
-        load(folder, given, name)
+        load(folder, given, name, override)
     message = str(caught.value)
     assert not [word for word in JARGON if word in message], message
     return message.replace(f"{folder}/", "")
