@@ -92,53 +92,17 @@ print(json.dumps([single.right_share.item(), (sides > 0).mean(), single.status.i
     assert 0.0 < observed < 1.0
 
 
-def test_observer_is_known_to_studies_and_reference(copy):
+def test_all_are_in_reference_and_schema(copy):
     code = """
 from damper.study.reference import files
-from damper.study.settings import OBSERVER_SETTINGS
-print(OBSERVER_SETTINGS["wall_share"].model_validate({"above": 0.5}).above)
 made = files()
-assert "`right_share`" in made["docs/reference.md"]
-assert "`observers.wall_share.above`" in made["docs/reference.md"]
-try:
-    OBSERVER_SETTINGS["wall_share"].model_validate({"abvoe": 0.5})
-except ValueError as error:
-    print(error)
+reference, schema = made["docs/reference.md"], made["config/schema/study.schema.json"]
+for text in ("`right_share`", "`observers.wall_share.above`", "| `figures.<file>.bins` |",
+             "### kind: extremes"):
+    assert text in reference, text
+assert '"const": "histogram"' in schema
 """
-    found = run(copy, code)
-    assert found.startswith("0.5\n")
-    assert "unknown key 'abvoe'" in found
-
-
-MAP_OF_SHARES = "{kind: map, variable: right_share, x: frequency_ratio, y: clearance}"
-
-
-def test_what_the_observer_writes_can_be_drawn(copy, tmp_path):
-    study = tmp_path / "share.yaml"
-    at_each = "{kind: curves, variables: [right_share], along: frequency_ratio, lines: clearance}"
-    study.write_text(
-        STUDY.replace("response:", "wall_share:").partition("figures:")[0]
-        + f"figures:\n  map: {MAP_OF_SHARES}\n  curves: {at_each}\n"
-    )
-    code = f"""
-from pathlib import Path
-import damper
-from damper.figures import draw
-from damper.study.config import ConfigError, load_study
-study = load_study(Path({str(study)!r}))
-cube = damper.simulate(
-    **study.fixed, **study.axis_values, **study.run, observers=study.observer_settings()
-)
-for _, settings in study.files("figures").values():
-    print(len(draw(settings.pop("kind"), {{"cube": cube}}, **settings).axes))
-try:
-    load_study(Path({str(study)!r}), {{"figures": {{"map": {{"variable": "right_shar"}}}}}})
-except ConfigError as error:
-    print(error)
-"""
-    found = run(copy, code)
-    assert found.startswith("2\n1\n")
-    assert "did you mean 'right_share'?" in found
+    run(copy, code)
 
 
 STUDY = f"""
@@ -150,14 +114,18 @@ axes:
   clearance: {{values: [0.25, 0.5]}}
 transient: 5
 periods: 5
-observers: {{response: }}
+pause: 3
+observers: {{response: , wall_share: }}
 {FIGURES}
+  map: {{kind: map, variable: right_share, x: frequency_ratio, y: clearance}}
+  curves: {{kind: curves, variables: [right_share], along: frequency_ratio, lines: clearance}}
 tables:
   ends: {{kind: extremes, variables: [rms_ratio]}}
 """
 
 
-def test_kinds_of_figures_and_tables_are_a_file_each(copy, tmp_path):
+def test_a_study_asks_for_all_and_its_mistakes_are_named(copy, tmp_path):
+    """An observer, a kind of figure and one of table are a file each, a key of every run is two."""
     study = tmp_path / "all.yaml"
     study.write_text(STUDY)
     code = f"""
@@ -167,63 +135,44 @@ import damper
 from damper.figures import draw
 from damper.study.config import ConfigError, load_study
 from damper.tables import make
-study = load_study(Path({str(study)!r}))
+path = Path({str(study)!r})
+study = load_study(path)
 light = "matplotlib" not in sys.modules and "xarray" not in sys.modules
-cube = damper.simulate(**study.fixed, **study.axis_values, observers=["response"], periods=5,
-                       transient=5)
-_, settings = study.files("figures")["figures/spread"]
-figure = draw(settings.pop("kind"), {{"cube": cube}}, **settings)
-heights = [bar.get_height() for bar in figure.axes[0].patches]
-table = study.tables["ends"]
-found = make(results={{"cube": cube}}, **table.model_dump())
-ends = found.data["value"].tolist()
-try:
-    load_study(Path({str(study)!r}), {{"figures": {{"spread": {{"variable": "rms_rato"}}}}}})
-except ConfigError as error:
-    print(json.dumps(str(error)))
-print(json.dumps([light, len(heights), sum(heights), ends,
-                  [float(cube.rms_ratio.min()), float(cube.rms_ratio.max())], found.markdown()]))
-"""
-    message, found = map(json.loads, run(copy, code).splitlines())
-    light, bars, points, ends, true, markdown = found
-    assert light
-    assert (bars, points) == (12, 6)
-    assert ends == true
-    assert markdown.startswith("# Impact damper simulation: extremes\n")
-    assert "did you mean 'rms_ratio'?" in message
-
-
-def test_kinds_are_in_reference_and_schema(copy):
-    code = """
-from damper.study.reference import files
-made = files()
-assert "| `figures.<file>.bins` |" in made["docs/reference.md"]
-assert "### kind: extremes" in made["docs/reference.md"]
-assert '"const": "histogram"' in made["config/schema/study.schema.json"]
-"""
-    run(copy, code)
-
-
-def test_key_of_every_run_is_two_files(copy, tmp_path):
-    study = tmp_path / "paused.yaml"
-    study.write_text(STUDY + "pause: 3\n")
-    code = f"""
-from pathlib import Path
-import damper
-from damper.study.config import ConfigError, load_study
-study = load_study(Path({str(study)!r}))
-values = study.fixed | study.axis_values
-cube = damper.simulate(**values, **study.run, observers=["response"])
-later = damper.simulate(**values, transient=8, periods=5, observers=["response"])
+values, asked = study.fixed | study.axis_values, study.observer_settings()
+cube = damper.simulate(**values, **study.run, observers=asked)
+later = damper.simulate(**values, transient=8, periods=5, observers=asked)
 assert (cube.rms_ratio == later.rms_ratio).all()
 assert cube.attrs["pause"] == 3
 assert "pause : int, default 0" in damper.simulate.__doc__
-try:
-    load_study(Path({str(study)!r}), {{"pause": -1}})
-except ConfigError as error:
-    print(error)
+panels = {{}}
+for name, (_, settings) in study.files("figures").items():
+    panels[name] = draw(settings.pop("kind"), {{"cube": cube}}, **settings).axes
+heights = [bar.get_height() for bar in panels["figures/spread"][0].patches]
+found = make(results={{"cube": cube}}, **study.tables["ends"].model_dump())
+ends = found.data["value"].tolist()
+for mistake in (
+    {{"observers": {{"wall_share": {{"abvoe": 0.5}}}}}},
+    {{"figures": {{"map": {{"variable": "right_shar"}}}}}},
+    {{"figures": {{"spread": {{"variable": "rms_rato"}}}}}},
+    {{"pause": -1}},
+):
+    try:
+        load_study(path, mistake)
+    except ConfigError as error:
+        print(json.dumps(str(error)))
+print(json.dumps([light, len(heights), sum(heights), ends,
+                  [float(cube.rms_ratio.min()), float(cube.rms_ratio.max())], found.markdown(),
+                  len(panels["figures/map"]), len(panels["figures/curves"])]))
 """
-    assert "pause" in run(copy, code)
+    *messages, found = map(json.loads, run(copy, code).splitlines())
+    light, bars, points, ends, true, markdown, *panels = found
+    assert light
+    assert (bars, points, panels) == (12, 6, [2, 1])
+    assert ends == true
+    assert markdown.startswith("# Impact damper simulation: extremes\n")
+    known = ("unknown key 'abvoe'", "did you mean 'right_share'?", "did you mean 'rms_ratio'?")
+    for message, part in zip(messages, (*known, "pause"), strict=True):
+        assert part in message
 
 
 def test_contact_law_is_a_function_and_its_parameter(copy):
