@@ -1,13 +1,12 @@
 """Maps of small cubes, where every cell's colour is known."""
 
 import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from figures.drawing import SI, assert_nothing_overlaps, drawn, legend_texts, made_up
+from figures.drawing import drawn, legend_texts, made_up
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_rgba
@@ -17,7 +16,6 @@ from matplotlib.lines import Line2D
 from damper import simulate
 from damper.figures.common.style import BLUE, MISSING, ORANGE, PALE
 from damper.observers.motion import ObservedMotion
-from damper.sweep.cube import write_cube
 
 X = [0.8, 0.9, 1.0, 1.1]
 Y = [0.5, 1.0, 1.5]
@@ -252,34 +250,3 @@ def test_what_no_contact_means_from_exact_rest() -> None:
             assert ("where idle, from exact rest alone" in heading) == bool(text)
         assert f"walls never touched{text}" in legend_texts(the_map(cube, "rms_ratio"))
         assert legend_texts(the_map(cube, "chatter"))[0] == f"no contact{text}"
-
-
-# --- panels and labels
-
-
-# --- simulated
-
-
-def test_simulated_in_si_from_a_file(tmp_path: Path) -> None:
-    cube = simulate(
-        **SI,
-        gap=[0.005, 0.01, 0.02],
-        forcing_frequency=[18.0, 20.0, 22.0],
-        transient=20,
-        periods=10,
-        observers=["response", "bursts"],
-    )
-    write_cube(cube, tmp_path / "cube.nc")
-    with xr.open_dataset(tmp_path / "cube.nc") as opened:
-        place = {"x": "forcing_frequency", "y": "gap"}
-        figure = drawn("map", opened, variable="rms_displacement", best="min", **place)
-        drawn("map", opened, variable="chatter", **place)
-    ax, bar = figure.axes
-    assert ax.get_xlabel().replace("\xa0", " ") == r"angular forcing frequency $\Omega$ / (rad/s)"
-    assert ax.get_ylabel().replace("\xa0", " ").endswith("$2D$ / mm")
-    assert bar.get_ylabel().endswith(r"$x_\mathrm{rms}$ / mm")
-    assert "$K$ = 800 N/m" in figure.get_suptitle()
-    good = cube.rms_displacement.where(cube.amplitude_ratio < 1.0)
-    best = good.dropna("forcing_frequency", how="all").idxmin("gap")
-    assert marks(ax) == list(zip(best.forcing_frequency.values, best.values, strict=True))
-    assert_nothing_overlaps(figure)
