@@ -261,12 +261,6 @@ def test_a_force_acts_or_is_refused(consumer: Callable, force: Any) -> None:
         assert repr(found) != unchanged(consumer)
 
 
-@pytest.mark.parametrize("name", [n for n in VALUES if n not in ("walls", "carrier")])
-def test_the_energy_balance_closes_with_every_quantity(name: str) -> None:
-    company, value = VALUES[name]
-    check_energy(QUIET | company | {name: value})
-
-
 #: Of several masses one force in three: tests/models/test_forces.py draws such dampers.
 FORCED = [(force, model) for model in ON_PRIMARY for force in FORCES]
 

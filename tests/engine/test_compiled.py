@@ -336,18 +336,24 @@ print(accumulation(ConstantRestitution(0.5), 0.0, 0.0, 0.1, 1.0, 0.0, 0.25)[0])
 """
 
 
+@pytest.fixture(scope="module")
+def cached(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """A cache that one process has made, and what it printed."""
+    folder = tmp_path_factory.mktemp("cache")
+    return folder, run(SMALL, NUMBA_CACHE_DIR=str(folder), DAMPER_COMPILE="1")
+
+
 @needs_numba
-def test_the_cache_serves_a_second_process(tmp_path: Path) -> None:
-    settings = {"NUMBA_CACHE_DIR": str(tmp_path), "DAMPER_COMPILE": "1"}
+def test_the_cache_serves_a_second_process(cached: tuple[Path, str]) -> None:
+    folder, first = cached
 
-    def cached() -> dict:
-        return {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nbc")}
+    def written() -> dict:
+        return {path: path.stat().st_mtime_ns for path in folder.rglob("*.nbc")}
 
-    first = run(SMALL, **settings)
-    written = cached()
-    assert written
-    assert run(SMALL, **settings) == first
-    assert cached() == written
+    before = written()
+    assert before
+    assert run(SMALL, NUMBA_CACHE_DIR=str(folder), DAMPER_COMPILE="1") == first
+    assert written() == before
 
 
 @needs_numba
@@ -380,11 +386,11 @@ print(warning.message)
 
 
 @needs_numba
-def test_an_unwritable_cache_is_no_obstacle(tmp_path: Path) -> None:
+def test_an_unwritable_cache_is_no_obstacle(tmp_path: Path, cached: tuple[Path, str]) -> None:
     """A file where the cache folder should be: nothing is kept, and one line says so."""
     (tmp_path / "damper").write_text("in the way")
     *found, warning = run(WARNED, NUMBA_CACHE_DIR=str(tmp_path), DAMPER_COMPILE="1").splitlines()
-    assert found == run(SMALL, DAMPER_COMPILE="1").splitlines()
+    assert found == cached[1].splitlines()
     assert f"{tmp_path / 'damper' / found[0]} cannot be written; compiling without it" in warning
 
 
@@ -448,11 +454,11 @@ def test_nobody_else_gets_into_a_new_cache(monkeypatch: pytest.MonkeyPatch, tmp_
 
 @needs_numba
 @pytest.mark.parametrize("kind", ["nbi", pytest.param("nbc", marks=pytest.mark.exhaustive)])
-def test_a_damaged_cache_is_made_anew(tmp_path: Path, kind: str) -> None:
+def test_a_damaged_cache_is_made_anew(tmp_path: Path, cached: tuple[Path, str], kind: str) -> None:
     """The process that finds a file cut short says so in one line, and the next one makes it."""
-    settings = {"NUMBA_CACHE_DIR": str(tmp_path), "DAMPER_COMPILE": "1"}
-    first = run(SMALL, **settings)
-    (file,) = tmp_path.rglob(f"*.{kind}")
+    folder, first = shutil.copytree(cached[0], tmp_path / "cache"), cached[1]
+    settings = {"NUMBA_CACHE_DIR": str(folder), "DAMPER_COMPILE": "1"}
+    (file,) = folder.rglob(f"*.{kind}")
     whole = file.stat().st_size
     file.write_bytes(file.read_bytes()[:20])
     *found, warning = run(WARNED, **settings).splitlines()

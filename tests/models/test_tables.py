@@ -12,7 +12,7 @@ import pytest
 from event_pairs import assert_as_in_digits, length_of
 from scenes import GENERIC, QUIET, SI, scene_of
 
-from damper import Parameters, SIParameters, State, events, periodic_orbit, simulate
+from damper import Parameters, SIParameters, events, periodic_orbit, simulate
 from damper.engine.impact import TabledRestitution, rebound_slope, restitution_change
 from damper.observers.laws import LAW_NAMES
 from damper.study.config import load_study
@@ -86,24 +86,6 @@ def test_a_table_of_one_row_is_a_constant_restitution(more: dict[str, Any]) -> N
         assert events(Parameters(**SLOW, **walls, **more), until=40.0).tobytes() == (
             constant.tobytes()
         )
-
-
-def test_chatter_closes_with_the_limit_for_small_speeds() -> None:
-    """The rest of a sequence below the first row is that of this row's restitution."""
-    rows = [(0.05, 0.3), (0.2, 0.35), (1.0, 0.3)]
-    found = events(Parameters(**SLOW, restitution_table=rows), until=60.0)
-    slow = stick = int(np.flatnonzero(found["kind"] == STICK)[0])
-    while found[slow - 1]["approach_speed"] <= rows[0][0] and found[slow - 1]["kind"] == IMPACT:
-        slow -= 1
-    first = found[slow]
-    side, w = first["side"], 0.3 * first["approach_speed"]
-    place = first["x"] + side * SLOW["clearance"]
-    state = State(first["x"], first["v"], place, first["v"] - side * w, first["time"])
-    same = events(Parameters(**SLOW, restitution=0.3), state, until=found[stick]["time"] + 0.01)
-    assert stick - slow >= 5
-    assert len(same) == stick - slow
-    for name in ("time", "x", "v", "approach_speed"):
-        np.testing.assert_allclose(same[name], found[slow + 1 : stick + 1][name], atol=2e-12)
 
 
 def test_a_change_on_the_way_to_small_speeds_counts() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scenes import GENERIC
 
-from damper import Parameters, State, events, simulate
+from damper import simulate
 
 SCENE = GENERIC | {"phase": 0.0}
 #: The models with rigid walls.
@@ -51,24 +51,3 @@ def test_momentum_and_restitution_at_each_impact(model: str, exponent: float) ->
     assert np.max(abs(ratio - expected) * speed / size) < 1e-14
     assert np.count_nonzero(speed > yields) > 10
     assert np.count_nonzero(speed < yields) > 10
-
-
-def test_sequence_below_the_yield_speed_completes_as_with_constant_restitution() -> None:
-    scene = {**SCENE, "clearance": 0.3}
-    found = events(Parameters(**scene, yield_speed=0.3), until=60.0)
-    stick = int(np.flatnonzero(found["kind"] == STICK)[0])
-    slow = stick - 1
-    while found[slow]["kind"] == IMPACT and found[slow]["approach_speed"] <= 0.3:
-        slow -= 1
-    first = found[slow + 1]
-    side, rebound = first["side"], 0.6 * first["approach_speed"]
-    state = State(
-        first["x"], first["v"], first["x"] + side * 0.3, first["v"] - side * rebound, first["time"]
-    )
-    until = found[stick]["time"] + 0.01
-    same = events(Parameters(**scene), state, until=until)
-    rest = found[slow + 2 : stick + 1]
-    assert len(rest) >= 10
-    np.testing.assert_array_equal(same["kind"], rest["kind"])
-    for name in ("time", "x", "v", "approach_speed"):
-        np.testing.assert_allclose(same[name], rest[name], rtol=0, atol=2e-12)

@@ -1,46 +1,13 @@
-"""Stroboscopic samples against a numerical integration from the event row before each of them."""
-
-import math
+"""Stroboscopic samples against states of a run, and inside a tail against its bounces."""
 
 import numpy as np
 import pytest
 from plain_events import Scene
 from scenes import SCENES
-from scipy.integrate import solve_ivp
 
-from damper import State, simulate
+from damper import Parameters, State, simulate, start
 
 NAMES = ("study", "incomplete", "elastic", "plastic", "slow", "overdamped", "stuck", "free")
-
-
-def scene(name: str, transient: int, periods: int, **more: object) -> Scene:
-    return Scene(SCENES[name], transient, periods, **more)
-
-
-def integrated(run: Scene, rows: np.ndarray, time: float) -> tuple[float, float, float, float]:
-    """x, v, y, u at a time: the linear motion since the last event, by scipy."""
-    p = run.parameters
-    k = int(np.searchsorted(rows["time"], time)) - 1
-    state = run.state or State(0.0, 0.0, 0.0, 0.0)
-    t, x, v, y, u = state.time, state.x, state.v, state.y, state.u
-    inertia = 1.0
-    stuck = p["clearance"] == 0.0
-    side = 0
-    if k >= 0:
-        t, x, v, side = (float(rows[name][k]) for name in ("time", "x", "v", "side"))
-        stuck = rows["kind"][k] == 1
-        y = x + side * p["clearance"]
-        u = v - side * p["restitution"] * float(rows["approach_speed"][k])
-    if stuck:
-        inertia += p["mass_ratio"]
-
-    def motion(s: float, z: np.ndarray) -> list[float]:
-        force = math.sin(p["frequency_ratio"] * s + p["phase"])
-        return [z[1], (force - 2.0 * p["damping_ratio"] * z[1] - z[0]) / inertia]
-
-    end = solve_ivp(motion, (t, time), [x, v], method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
-    x, v = (float(value) for value in end)
-    return (x, v, x + side * p["clearance"], v) if stuck else (x, v, y + u * (time - t), u)
 
 
 def samples(run: Scene, at: float = 0.0) -> np.ndarray:
@@ -51,27 +18,18 @@ def samples(run: Scene, at: float = 0.0) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("transient", "at"), [(0, 0.0), (6, 0.37)])
-@pytest.mark.parametrize("name", NAMES)
-def test_samples_follow_from_the_event_before(name: str, transient: int, at: float) -> None:
-    run = scene(name, transient, 6)
-    found = samples(run, at)
-    first = 0
-    if transient == 0:
-        assert (found[0] == 0.0).all()
-        first = 1
-    for k in range(first, 6):
-        expected = integrated(run, run.rows, run.start + (k + at) * run.cycle)
-        np.testing.assert_allclose(found[k], expected, rtol=0, atol=2e-10, err_msg=f"sample {k}")
-
-
-def test_start_time_and_state_move_the_section() -> None:
-    """The section is taken whole periods after the start, wherever that lies in the force."""
-    run = scene("study", 0, 5, state=State(0.3, -0.1, 0.32, 0.2, time=-11.3))
-    found = samples(run)
-    np.testing.assert_allclose(found[0], (0.3, -0.1, 0.32, 0.2), rtol=0, atol=1e-14)
-    for k in range(1, 5):
-        expected = integrated(run, run.rows, run.start + k * run.cycle)
-        np.testing.assert_allclose(found[k], expected, rtol=0, atol=2e-10)
+@pytest.mark.parametrize("name", [*NAMES, "later"])
+def test_samples_are_states_of_a_run_that_is_advanced_there(
+    name: str, transient: int, at: float
+) -> None:
+    """Whole periods after the start, wherever that lies in the force."""
+    state = State(0.3, -0.1, 0.32, 0.2, time=-11.3) if name == "later" else None
+    scene = Scene(SCENES["study" if state else name], transient, 6, state=state)
+    run = start(Parameters(**scene.parameters), state)
+    for k, sample in enumerate(samples(scene, at)):
+        run.advance(scene.start + (k + at) * scene.cycle)
+        s = run.state
+        np.testing.assert_allclose(sample, (s.x, s.v, s.y, s.u), rtol=0, atol=2e-12)
 
 
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6])
