@@ -239,9 +239,6 @@ def point(
     return EventPoint(tau, *d, bound4, growth, 0.0, 0.0)
 
 
-coefficients = st.floats(-5, 5)
-
-
 def test_the_certificate_is_sharp() -> None:
     """A quartic that dips through zero between its ends is refused with the very bound that holds.
 

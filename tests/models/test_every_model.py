@@ -10,12 +10,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from cases import thinned
+from event_pairs import log_of
 from new_process import in_new_process
 from scenes import MODELS as OF_ONE
 from scenes import QUIET as SCENE
 
 from damper import Parameters, equal_masses, events, periodic_orbit, simulate
 from damper.engine.forcing import derivative_of, phase_at
+from damper.engine.segment import DURATION
+from damper.models import start_run
 from damper.models.forces import drive_of
 from damper.observers import OBSERVERS, observer_class
 from damper.observers.common.laws import broken
@@ -39,6 +42,20 @@ def parameters(name: str, **changes: float) -> Parameters:
 
 def test_all_models_are_here() -> None:
     assert {parameters(name).model for name in MADE} == set(ON_PRIMARY)
+
+
+@each
+def test_gap_stays_open(name: str) -> None:
+    """Dense samples inside the segments; a compliant wall gives, but not without a force."""
+    p = parameters(name)
+    run = start_run(p)
+    depth = 0.0
+    for row in log_of(run, 50.0 if name in OF_ONE else 15.0):
+        for part in np.linspace(0.0, 1.0, 40).tolist():
+            _, _, gap, _ = run.motion_in(row, part * row[DURATION])
+            depth = min(depth, gap)
+            assert gap <= 2.0 * p.clearance + 1e-15
+    assert depth == 0.0 if p.model != "compliant" else -1e-2 < depth < -1e-4
 
 
 # --- energy

@@ -381,14 +381,6 @@ def test_noise_is_the_same_on_all_platforms() -> None:
             assert value[n] == total * (math.sqrt(2.0 / 48) / 2.0**32)
 
 
-DIGITS = [
-    "0x1.f980000000000p-7",
-    "-0x1.1db3e2c71c71cp-6",
-    "0x1.6805d8ceaaaaap-2",
-    "0x1.9458e38e38e38p-5",
-]
-
-
 @given(st.integers(0, 2**64), st.floats(0, 3), st.floats(0.1, 3), st.integers(300, 5000))
 def test_noise_has_its_band_alone(seed: int, low: float, width: float, count: int) -> None:
     high = low + width
