@@ -161,6 +161,3 @@ def test_missing_variables_and_axes_are_named(cube: xr.Dataset) -> None:
         damping_shares(cube.drop_vars("rms_ratio"))
     with pytest.raises(ValueError, match=r"unknown axis 'clearence' .*'clearance'"):
         best_clearance(cube, over="clearence")
-
-
-# --- the table

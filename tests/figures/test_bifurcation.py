@@ -73,9 +73,6 @@ def bars(ax: Axes) -> set[tuple[float, float, str]]:
     return {(left, right, KINDS[to_rgb(colour)]) for left, right, colour in ends}
 
 
-# --- panels and labels
-
-
 # --- one panel alone, and a marked range
 
 
@@ -214,9 +211,6 @@ def test_amplitudes_are_points_of_each_direction_over_the_undamped_curve() -> No
     texts = ["continued upwards", "continued downwards", "without damper"]
     assert drawing.legend_texts(figure) == texts
     assert_nothing_overlaps(figure)
-
-
-# --- files
 
 
 # --- branches

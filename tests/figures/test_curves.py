@@ -204,6 +204,3 @@ def test_abscissa_may_be_the_natural_frequency() -> None:
     (line,) = lines(figure.axes[0])
     np.testing.assert_allclose(line.get_xdata(), np.sqrt(np.array(stiffness) / 4.0) / (2.0 * np.pi))
     assert figure.axes[0].get_xlabel().startswith("natural frequency")
-
-
-# --- labels within the page

@@ -32,8 +32,6 @@ MADE = OF_ONE | {
     "several, sliding": {"masses": equal_masses(3, 0.3), "friction": 0.02},
 }
 each = pytest.mark.parametrize("name", MADE)
-#: What is asked of one free mass; test_several.py asks it of several.
-of_one = pytest.mark.parametrize("name", [name for name in MADE if "several" not in name])
 
 
 def parameters(name: str, **changes: float) -> Parameters:

@@ -33,9 +33,6 @@ def events(scene: tuple, state: tuple = REST, **settings: Any) -> np.ndarray:
     return damper.events(Parameters(*scene), State(*state), **settings)
 
 
-CHATTER = (0.1, 0.05, 0.2, 0.25, 0.6)
-
-
 def test_slow_chatter_to_what_a_double_position_allows() -> None:
     """At omega = 1e-3 all but the time scale is small: speeds 1e-3, accelerations 1e-6, jerk 1e-9.
 

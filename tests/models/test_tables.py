@@ -21,12 +21,11 @@ from damper.sweep.record import recorded
 from damper.sweep.runs import run_points
 from damper.sweep.slices import run_part
 
-IMPACT, STICK = 0, 1
+IMPACT = 0
 TABLE = [(0.05, 0.5), (0.1, 0.6), (0.4, 0.45), (2.0, 0.4)]
 BASE = {name: value for name, value in GENERIC.items() if name != "restitution"}
 SLOW = {name: value for name, value in QUIET.items() if name != "restitution"}
 BOTH = {"restitution_table": TABLE}
-UNLIKE = BOTH | {"restitution_table_left": [(0.1, 0.3), (1.0, 0.2)]}
 
 
 def table(draw: random.Random, r: float, speed: float) -> list[tuple[float, float]]:

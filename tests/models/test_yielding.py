@@ -15,7 +15,7 @@ MODELS: dict[str, dict[str, float]] = {
     "grounded": {"support_stiffness_ratio": 0.01, "support_damping_ratio": 0.001},
     "time_varying": {"modulation_depth": 0.2, "modulation_order": 2},
 }
-IMPACT, STICK = 0, 1
+IMPACT = 0
 
 
 def restitution(r: float, yield_speed: float, speed: Any, exponent: float = 0.25) -> Any:

@@ -29,14 +29,6 @@ from damper.sweep.orbits.periodic import followed
 
 #: F0/K = 0.05 m, sqrt(M/K) = 0.1 s, F0/sqrt(K M) = 0.5 m/s, F0^2/K = 0.5 J.
 SI: dict[str, float] = SCENE_SI | {"phase": 0.3}
-RATIOS = {
-    "mass_ratio": 0.1,
-    "damping_ratio": 0.1,
-    "frequency_ratio": 1.1,
-    "clearance": 1.0,
-    "restitution": 0.5,
-    "phase": 0.3,
-}
 EVERYTHING: dict[str, Any] = {
     "stroboscopic_section": {"free_mass": True, "when": 0.1},
     "impacts": {"threshold": {"speed": 0.1}, "speeds": 9},
