@@ -203,7 +203,7 @@ def test_a_quantity_acts_or_is_refused(consumer: Callable, name: str) -> None:
     found = answer(consumer, values)
     if isinstance(found, str):
         p, _ = start_of(values)
-        assert {name, p.model, p.law}.intersection(re.findall(r"\w+", found)), found
+        assert {name, p.main_feature, p.law}.intersection(re.findall(r"\w+", found)), found
     else:
         assert repr(found) != unchanged(consumer, *company.items())
 

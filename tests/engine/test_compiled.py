@@ -57,7 +57,7 @@ runs = [
 ]
 found = []
 for parameters, state, until in runs:
-    if MODEL != (parameters.model if parameters.law == "constant" else parameters.law):
+    if MODEL != (parameters.main_feature if parameters.law == "constant" else parameters.law):
         continue
     rows = damper.events(parameters, state, until=until, max_events=60)
     found.append([[float(v).hex() for v in row] for row in rows.tolist()])

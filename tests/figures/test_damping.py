@@ -76,5 +76,5 @@ def test_another_damper_is_refused() -> None:
         **RATIOS | {"restitution": 0.3, "mass_ratio": 0.01},
         **RUN, observers=ASKED, support_stiffness_ratio=1e-4,
     )  # fmt: skip
-    with pytest.raises(ValueError, match="this is the grounded one"):
+    with pytest.raises(ValueError, match="this damper has a support of the free mass"):
         drawn("damping", cube)

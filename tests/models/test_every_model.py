@@ -39,7 +39,7 @@ def parameters(name: str, **changes: float) -> Parameters:
 
 
 def test_all_models_are_here() -> None:
-    assert {parameters(name).model for name in MADE} == set(ON_PRIMARY)
+    assert {parameters(name).main_feature for name in MADE} == set(ON_PRIMARY)
 
 
 @each
@@ -159,7 +159,7 @@ def test_what_vanishes_leaves_the_rigid_run(nearly: dict[str, float], restitutio
     scene = {**SCENE, "restitution": restitution}
     rigid = events(Parameters(**scene), until=40.0)
     p = Parameters(**scene, **nearly)
-    assert p.model != "rigid"
+    assert p.main_feature != "rigid"
     found = events(p, until=40.0)
     # How many impacts of a sequence are resolved may differ by one; what they lead to may not.
     # Rests off the walls are friction's own, however short.

@@ -110,7 +110,7 @@ def word(log: np.ndarray) -> list[tuple[float, ...]]:
 
 def happened(p: Parameters, log: np.ndarray) -> set[str]:
     """What friction does, alone and by impacts."""
-    if p.model != "several":
+    if "several" not in p.features:
         names = {TAIL: "tail", RESTING: "rest"}
         return {names[mode] for mode in log[:, MODE] if mode in names}
     model, found = start_run(p).model, set()
@@ -150,7 +150,7 @@ def test_deviations_are_differences_of_runs(kind: str, block: int) -> None:
         # Beside what is asked, the roundoff of the differences.
         np.testing.assert_allclose(exact, known, rtol=0, atol=1e-7 * abs(exact).max() + 5e-9)
         here = happened(p, run(p, start, until)[1])
-        if p.model != "several":
+        if "several" not in p.features:
             # Each rest takes a direction, and a closed tail two.
             rank = 2 if "tail" in here else 3 if "rest" in here else 4
             assert np.linalg.matrix_rank(exact, tol=1e-9 * abs(exact).max()) <= rank

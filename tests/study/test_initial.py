@@ -220,10 +220,10 @@ def test_jobs_that_share_the_draws_make_the_same_cube(tmp_path: Path) -> None:
 def test_a_drawn_quantity_decides_the_model(tmp_path: Path) -> None:
     """Any of its values counts."""
     text = STUDY.replace("axes:\n", "  restitution: 0.5\naxes:\n") + RANDOM.rpartition("  rest")[0]
-    assert load(tmp_path, text).model == "rigid"
+    assert load(tmp_path, text).main_feature == "rigid"
     support = "{range: [1e-3, 1], values: [0], share: 0.5}"
     study = load(tmp_path, text + f"  support_stiffness_ratio: {support}\n")
-    assert study.model == "grounded"
+    assert study.main_feature == "grounded"
 
 
 def test_initial_quantities_among_parameters_and_axes(tmp_path: Path) -> None:

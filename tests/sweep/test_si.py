@@ -161,7 +161,7 @@ def test_a_run_in_si_is_the_dimensionless_one_in_other_units(model: str, force: 
     sizes = dict(zip(INITIAL_NAMES, (units.length, units.speed, 1.0, units.speed), strict=True))
     start = {name: size * chance.uniform(-1, 1) for name, size in sizes.items()}
     harvest = units.speed**2 / units.energy
-    asked = [(observers(units, p.model), observers(NO_UNITS, p.model, harvest))]
+    asked = [(observers(units, p.main_feature), observers(NO_UNITS, p.main_feature, harvest))]
     asked += [({"impact_section": {}},) * 2]
     run = {"transient": 1, "periods": 2, "max_events": 200}
     inside = {name: value / sizes[name] for name, value in start.items()}

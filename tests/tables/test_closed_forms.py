@@ -58,5 +58,5 @@ def test_refused(tmp_path: Path, name: str) -> None:
 def test_other_models_are_refused(tmp_path: Path, asked: dict[str, Any]) -> None:
     parameters = GOOD["parameters"] | {"support_stiffness_ratio": 0.1}
     message = blame(tmp_path, GOOD | {"parameters": parameters} | asked)
-    assert "its formulas are those of the rigid damper, this is the grounded one" in message
+    assert "its formulas are those of rigid walls alone, this damper has a support" in message
     load(tmp_path, GOOD | {"parameters": parameters, "figures": {"a": LINE}})

@@ -137,9 +137,9 @@ def test_largest_damping() -> None:
         ({"clearance": 0.0}, r"clearance = 0\.0: .* must be > 0"),
         ({"damping_ratio": 1.0}, r"damping_ratio = 1\.0: .* must be < 1"),
         ({"yield_speed": 1.0}, "constant restitution, this is the yielding law"),
-        ({"support_stiffness_ratio": 0.1}, "this is the grounded one"),
-        ({"contact_stiffness_ratio": 1e4}, "this is the compliant one"),
-        ({"modulation_depth": 0.1}, "this is the time_varying one"),
+        ({"support_stiffness_ratio": 0.1}, "this damper has a support"),
+        ({"contact_stiffness_ratio": 1e4}, "this damper has compliant contact"),
+        ({"modulation_depth": 0.1}, "this damper has a free mass that varies"),
         ({"gravity": 0.01}, r"gravity = 0\.01: the closed form holds for .* only"),
     ],
 )

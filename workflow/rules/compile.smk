@@ -12,7 +12,7 @@ def compiled(models, parts):
 @functools.cache
 def models_of(name):
     """Return the models of a study's points: those at its corners."""
-    return sorted({point.model for point in STUDIES[name].corners})
+    return sorted({point.main_feature for point in STUDIES[name].corners})
 
 
 @functools.cache

@@ -133,7 +133,7 @@ def runs_of(cube: xr.Dataset) -> pd.DataFrame:
         for values in runs[names].to_dict("records")
     ]
     return runs.assign(
-        model=[damper.model for damper in dampers],
+        model=[damper.main_feature for damper in dampers],
         support_damping=[damper.support_damping_ratio for damper in dampers],
     )
 

@@ -359,7 +359,7 @@ class RecordedDamper:
         """Return damper and dimensionless start of values."""
         parameters = damper_of(values)
         state = read_point(values).start() or State(0.0, 0.0, 0.0, 0.0)
-        if parameters.dimensionless.model == "several" and not isinstance(state.y, tuple):
+        if "several" in parameters.dimensionless.features and not isinstance(state.y, tuple):
             each = len(parameters.dimensionless.each)
             state = replace(state, y=(state.y,) * each, u=(state.u,) * each)
         return parameters, replace(state, time=begins / parameters.units.time)

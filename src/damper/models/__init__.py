@@ -34,7 +34,7 @@ def model_of(
     along_friction : bool, optional
         Whether slides stop also where there is no friction yet, for rigid walls.
     """
-    room = import_module(f"damper.models.{room_of(parameters.model)}")
+    room = import_module(f"damper.models.{room_of(parameters.features[0])}")
     more = {"along_friction": True} if along_friction else {}
     return room.prepare(parameters, law_of(parameters), float(accuracy), **more)
 
@@ -55,7 +55,7 @@ def start_run(
     accuracy, max_events = checked("accuracy", accuracy), checked("max_events", max_events)
     if state is not None:
         check_state(parameters, state)
-    elif parameters.model == "prescribed":
+    elif "prescribed" in parameters.features:
         x, v = box_motion(parameters, State(0.0, 0.0, 0.0, 0.0))
         state = State(x, v, x, v)
     trajectory = Trajectory(model_of(parameters, accuracy), state, max_events)
@@ -100,7 +100,7 @@ def check_state(parameters: Any, state: State, units: Units = NO_UNITS) -> None:
 
 def _boxes_at(parameters: Any, state: State) -> list[float]:
     """Displacement of the box of each free mass."""
-    if parameters.model == "prescribed":
+    if "prescribed" in parameters.features:
         return [box_motion(parameters, state)[0]]
     if parameters.model != "structure":
         return state.of_coordinates(1)[0] * len(parameters.each)

@@ -204,7 +204,7 @@ def recorded(
 ) -> Run:
     """Return the run of a point with what `Run` needs."""
     damper = parameters.dimensionless
-    each = {"bodies": range(len(damper.each))} if damper.model == "several" else {}
+    each = {"bodies": range(len(damper.each))} if "several" in damper.features else {}
     observers = {
         "trajectory": {"events": MOST, **trajectory, **each},
         "bursts": {"records": MOST, **each},

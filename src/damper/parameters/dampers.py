@@ -369,7 +369,7 @@ class Parameters(QuantityClass):
                     raise ValueError(f"{name} = {getattr(self, name)!r} without masses: give both")
         else:
             self.__dict__["masses"] = read_masses(self.masses)
-        if self.model == "several":
+        if "several" in self.features:
             for q in _laws(self.__dict__):
                 if q.law not in _LAWS_OF_EACH:
                     raise ValueError(
@@ -419,6 +419,11 @@ class Parameters(QuantityClass):
 
     @property
     def model(self) -> str:
+        """What the walls and the free masses are: rigid walls, compliant or time_varying."""
+        return next(filter(_UNLIKE_RIGID.__contains__, self.features), "rigid walls")
+
+    @property
+    def main_feature(self) -> str:
         """The first of `features`: the cost of an impact depends on it most."""
         return self.features[0]
 
@@ -858,6 +863,8 @@ _LAWS_OF_EACH = ("constant", "yielding", "tabled")
 _OF_EACH = {"sliding", "grounded"}
 #: Models that go with one another.
 _TOGETHER = (_OF_EACH, {"sliding", "prescribed"})
+#: Features whose equations are not those of constant masses between rigid walls.
+_UNLIKE_RIGID = ("compliant", "time_varying")
 #: Order of `Parameters.features`: the slowest model first.
 _ORDER = ("compliant", "time_varying", "several", "prescribed", "sliding", "grounded")
 

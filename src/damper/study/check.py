@@ -120,7 +120,7 @@ def _notes(study: Any) -> Iterator[str]:
             )
     if found.run_seconds < PLAIN_SECONDS and not study.orbits:
         return
-    models = {p.model for p in study.corners if not Trajectory(model_of(p)).is_compiled}
+    models = {p.main_feature for p in study.corners if not Trajectory(model_of(p)).is_compiled}
     if models:
         yield (
             f"to compile for the model {join_names(sorted(models))} takes some "

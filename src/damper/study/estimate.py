@@ -96,7 +96,7 @@ def estimate(study: Study) -> Estimate:
         run_sizes({n: sizes[n] for n in study.inner_axes}, draws, study.follow),
         *study.most_cycles,
         make_observers(study.observer_settings()),
-        study.model,
+        study.main_feature,
         study.force,
         copies,
     )

@@ -314,13 +314,13 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         return max((window[1:] for window in self.windows), key=sum)
 
     @property
-    def model(self) -> str:
-        """The model of the damper that the study's values ask for."""
-        return self.models[0]
+    def main_feature(self) -> str:
+        """The feature of the study's dampers on which the cost of an impact depends most."""
+        return self.features[0]
 
     @property
-    def models(self) -> tuple[str, ...]:
-        """All of them: several free masses may rub on their boxes."""
+    def features(self) -> tuple[str, ...]:
+        """All features of `damper.parameters.models` that the study's values ask for."""
         found = dict.fromkeys(name for p in self.corners for name in models_of(p))
         return tuple(name for name in found if name != "rigid") or ("rigid",)
 

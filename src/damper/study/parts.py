@@ -113,7 +113,7 @@ def _engine_part(p: Parameters) -> str:
     if words in (["harmonic", None], ["base", "ground"]):
         words = []
     beside = "weight" if any(one.pull for one in p.each) else None
-    if p.model == "several" and p.rubs:
+    if "several" in p.features and p.rubs:
         beside = "friction"
     return "_".join(["engine", *filter(None, [*words, beside])])
 
@@ -121,7 +121,7 @@ def _engine_part(p: Parameters) -> str:
 def simulation_modules(study: Study) -> tuple[str, ...]:
     """Modules of the model and the observers of a study: others do not concern its results."""
     # Points at a model's default, such as points without modulation, are rigid.
-    models = sorted({"damper.models.masses", f"damper.models.{room_of(study.model)}"})
+    models = sorted({"damper.models.masses", f"damper.models.{room_of(study.main_feature)}"})
     energies = {"decay", "laws", "response", "statistics"} | (
         {"impacts"} if study.contents.asks("impacts", "largest") else set()
     )

@@ -7,6 +7,7 @@ from itertools import combinations, product
 from typing import Any
 
 from damper.parameters.forcing import EACH_DRAW
+from damper.parameters.models import MODELS
 from damper.parameters.names import OF_ANY_MASS, split
 from damper.parameters.quantities import INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.estimate import MOST_SLICES, refuse_excess
@@ -188,8 +189,10 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
     if "accumulation" in study.observers and laws:
         mistakes.add(("observers", "accumulation"), by_law, "a study with constant restitution")
     for place, known in places.items():
-        if study.model != "rigid" and not (study.model == "prescribed" and "carrier" in known):
-            message = f"its formulas are those of the rigid damper, this is the {study.model} one"
+        main = study.main_feature
+        if main != "rigid" and not (main == "prescribed" and "carrier" in known):
+            has = MODELS[main].has
+            message = f"its formulas are those of rigid walls alone, this damper has {has}"
         elif laws:
             message = by_law
         elif unknown := acting.difference(known):
@@ -208,7 +211,7 @@ def _check_models(study: Study, contents: StudyContents, mistakes: Mistakes) -> 
         if made.bodies and max(made.bodies) >= fewest:
             message = f"there is no mass {max(made.bodies)}: the damper has {fewest}, from 0"
             mistakes.add(("observers", name, "bodies"), message, f"whole numbers < {fewest}")
-        for key, (message, way) in made.refusals(study.models, most).items():
+        for key, (message, way) in made.refusals(study.features, most).items():
             place = ("observers", name, key) if key else ("observers", name)
             mistakes.add(place, message, way or "a study without it, or of one of these models")
 
@@ -222,7 +225,7 @@ def _check_free(study: Study, mistakes: Mistakes) -> None:
     if not over and any(p.force_amplitude and force.kind != "none" for p in study.corners):
         message = "a force drives the damper"
         allowed = "force_amplitude: 0, forcing: none, or transient: {time: end} after a record"
-    elif study.model == "time_varying":
+    elif "time_varying" in study.features:
         message, allowed = "the variation of the free mass drives the damper", "a constant mass"
     else:
         return

@@ -104,7 +104,7 @@ class Started:
             check_state(scaled, state, self.units)
         self.trajectory = start_run(scaled, state, accuracy, max_events)
         self.begun = 0.0 if state is None else state.time
-        self._dtype = EVENT_OF_SEVERAL if scaled.model in _NUMBERED else EVENT
+        self._dtype = EVENT_OF_SEVERAL if {*_NUMBERED}.intersection(scaled.features) else EVENT
 
     def pieces(self, until: float) -> Iterator[np.ndarray]:
         """Run on to a time, in s with SIParameters, and yield pieces of the log.

@@ -38,7 +38,7 @@ class Point(NamedTuple):
         x, v = steady_state(self.parameters) if self.primary == "steady" else (0.0, 0.0)
         x = self.initial.get("initial_displacement", x)
         v = self.initial.get("initial_velocity", v)
-        if self.parameters.model == "prescribed":
+        if "prescribed" in self.parameters.features:
             x, v = box_motion(self.parameters, State(x, v, x, v))
         place = self.initial.get("initial_position", 0.0)
         if self.parameters.hits_stop:  # which stands still, wherever the primary starts
@@ -50,7 +50,7 @@ class Point(NamedTuple):
         """Displacement of the free mass, or of each of several, at parts of their clearances."""
         each = self.parameters.each
         found = tuple(x + place * p.clearance for place, p in zip(places, each, strict=True))
-        return found if self.parameters.model == "several" else found[0]
+        return found if "several" in self.parameters.features else found[0]
 
     def carried_over(self, before: "Point", end: State) -> State:
         """Return the end of a neighbour's run as the start of this one."""
@@ -108,7 +108,7 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     initial = {
         name: check_quantity(name, values[name]) / units.size(ALL[name].units) for name in given
     }
-    if parameters.model == "prescribed" and not parameters.forcing.samples:
+    if "prescribed" in parameters.features and not parameters.forcing.samples:
         for name in ("initial_displacement", "initial_velocity"):
             if name in initial:
                 raise ValueError(f"{name} with carrier = 'prescribed': the box has its own motion")

@@ -2,6 +2,7 @@
 
 from damper.parameters import Parameters
 from damper.parameters.dampers import BASIC, require_known
+from damper.parameters.models import MODELS
 
 
 def require_basic(parameters: Parameters, *also: str) -> None:
@@ -10,8 +11,9 @@ def require_basic(parameters: Parameters, *also: str) -> None:
     It has rigid walls, a constant restitution, and no quantity but those of `BASIC` and `also`.
     """
     p = parameters
-    if p.model != "rigid":
-        raise ValueError(f"the closed form is that of the rigid damper, this is the {p.model} one")
+    if p.main_feature != "rigid":
+        has = MODELS[p.main_feature].has
+        raise ValueError(f"the closed form is that of rigid walls alone, this damper has {has}")
     if p.law != "constant":
         raise ValueError(f"the closed form has a constant restitution, this is the {p.law} law")
     require_known(p, (*BASIC, *also), "the closed form")

@@ -48,7 +48,7 @@ def bounce(parameters: Parameters, periods: int) -> BouncingBall:
     (1.25, 1.0471975511965976)
     """
     p = parameters
-    if p.model == "prescribed":
+    if "prescribed" in p.features:
         require_known(p, KNOWN, "the closed form")
     else:
         require_basic(p, *KNOWN)

@@ -252,10 +252,10 @@ def leaders(parameters: Parameters, start: np.ndarray) -> np.ndarray:
     prescribed box: they are given.
     """
     found = np.arange(len(start))
-    if parameters.model != "several":
+    if "several" not in parameters.features:
         if parameters.hits_stop:
             found[2:] = -1
-        if parameters.model == "prescribed":
+        if "prescribed" in parameters.features:
             found[:2] = -1
         return found
     first: dict[Any, int] = {}

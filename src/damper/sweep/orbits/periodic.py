@@ -409,7 +409,7 @@ def require_in_step(orbit: PeriodicOrbit, stencil: Stencil, name: str) -> None:
     """Raise ValueError where a parameter parts masses that move in step."""
     p = orbit.parameters.dimensionless
     moves = leaders(p, orbit.scaled.start)[2::2] // 2 - 1
-    if p.model != "several" or (moves == np.arange(len(moves))).all():
+    if "several" not in p.features or (moves == np.arange(len(moves))).all():
         return
     # All but their mass, by which masses in step may differ.
     each = [m.masses[:, 1:] for m in stencil.models]

@@ -65,7 +65,7 @@ class SceneSettings(StrictModel):
             if not damper.clearance or abs(place) >= 1.0:
                 message = "the other solvers start in flight, between two walls"
                 mistakes.add(("parameters",), message, "clearance > 0, -1 < initial_position < 1")
-            elif damper.model != "rigid" or damper.law != "constant":
+            elif damper.main_feature != "rigid" or damper.law != "constant":
                 message = "the other solvers have rigid walls and a constant restitution"
                 mistakes.add(("parameters",), message, "a scene of the rigid damper")
             else:
