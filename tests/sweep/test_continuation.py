@@ -182,6 +182,7 @@ def test_gathered_slices_follow_alike(
     assert cube.displacement.dims == (*axes, "direction", "draw", "sample")
     assert set(cube.variables) == set(whole.variables)
     for name in whole.variables:
+        assert cube[name].dtype == whole[name].dtype
         xr.testing.assert_identical(
             cube[name].variable.transpose(*whole[name].dims), whole[name].variable
         )

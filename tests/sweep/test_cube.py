@@ -10,7 +10,6 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from cases import thinned
 from new_process import in_new_process
 
 from damper import simulate
@@ -81,34 +80,8 @@ def whole() -> xr.Dataset:
 # --- gathering
 
 
-#: Of all orders, those that begin with another axis each.
-ORDERS = ["-".join(order) for order in itertools.permutations(AXES)]
-
-
-@pytest.mark.parametrize("order", thinned(ORDERS, ORDERS[::2].__contains__))
-@pytest.mark.parametrize("fanned", [0, 1, 2, 3])
-def test_gathered_slices_are_the_full_grid(
-    whole: xr.Dataset, order: str, fanned: int, tmp_path: Path
-) -> None:
-    """Fanned along any axes, in any order, with the axes of the study in any order."""
-    names = tuple(order.split("-"))
-    fan_axes = names[:fanned]
-    axes = {name: AXES[name] for name in names[::-1]}
-    cube = gathered(fan_axes, axes, tmp_path)
-    assert cube.chatter.dims == tuple(axes)
-    assert cube.displacement.dims == (*axes, "sample")
-    assert cube.chatter_by_threshold.dims == (*axes, "threshold")
-    assert set(cube.variables) == set(whole.variables)
-    aligned = cube.transpose(*whole.dims)
-    for name in whole.variables:
-        assert aligned[name].dtype == whole[name].dtype
-        xr.testing.assert_identical(
-            aligned[name].variable, whole[name].transpose(*aligned[name].dims).variable
-        )
-
-
 def test_values_lie_at_their_coordinates(whole: xr.Dataset) -> None:
-    """Guards the test above: no two runs agree, so a wrong place would show."""
+    """Of slices that are gathered; in any order of axes: test_continuation.py."""
     fingerprints = whole.max_approach_speed.values.ravel()
     assert len(np.unique(fingerprints)) == fingerprints.size == 24
     cube = gathered(("restitution",))

@@ -232,15 +232,15 @@ def test_symmetry_breaks_under_odd_harmonics_alone(two_impacts: Branch) -> None:
 
 def test_border_of_complete_chatter() -> None:
     """The motion on one side completes, the one on the other does not."""
+    p = Parameters(0.03, 0.025, 1.4, 0.5407, 0.2)
     branch = continue_orbit(
-        periodic_orbit(CHATTER, settle=60), "restitution", 0.73, 0.74, step=0.2, max_orbits=20
+        periodic_orbit(p, settle=60), "clearance", 0.5406, 0.54075, step=0.5, max_orbits=6
     )
     border = points(branch, "complete chatter")[0]
     assert border.orbit.word == "RS LS"
-    for way, completes in ((-1e-8, True), (1e-8, False)):
-        p = Parameters(0.1, 0.02, 1.3, 0.05, border.value + way)
-        orbit = periodic_orbit(p, state=border.orbit.state)
-        assert ("S" in orbit.word) == completes
+    for way, completes in ((-1e-9, True), (1e-9, False)):
+        beside = replace(p, clearance=border.value + way)
+        assert ("S" in periodic_orbit(beside, state=border.orbit.state).word) == completes
 
 
 def shrinking(r: float) -> float:
