@@ -35,24 +35,15 @@ from damper.observers.common.base import Window
 from damper.observers.common.laws import LAW_NAMES, broken, excess
 from damper.observers.laws import Laws
 
-OTHERS = {
-    "rigid": {},
-    "grounded": {"support_stiffness_ratio": 2.0, "support_damping_ratio": 2e-4},
-    "time_varying": {"modulation_depth": 0.5, "modulation_order": 2.0},
-    "compliant": {"contact_stiffness_ratio": 1e4, "contact_tension": [0.0, 1.0]},
-    # Only at a release from a rigid wall is x'' zero.
-    "soft": {"clearance": 1e-3, "contact_stiffness_ratio": 1e3, "contact_tension": [0.0, 1.0]},
-}
 
-
-@pytest.mark.parametrize("name", OTHERS)
-@pytest.mark.parametrize("transient", [0, 2])
-def test_every_law_holds_for_every_model_at_any_time(name, transient):
+@pytest.mark.parametrize("contact", [{}, {"contact_stiffness_ratio": 1e3}], ids=["rigid", "soft"])
+def test_every_law_holds_in_a_window_that_begins_anywhere(contact):
     """A record that begins in a flight after an impact has lost nothing in that."""
     given = {"damping_ratio": [0.0, 10.0], "mass_ratio": [1e-6, 0.3], "restitution": 0.5}
     given |= {"frequency_ratio": 0.5, "clearance": 0.1, "initial_relative_velocity": [0.0, 1.0]}
-    ask = {"observers": ["laws"], "transient": transient, "periods": 1, "max_events": 100}
-    cube = simulate(**given | OTHERS[name], **ask)
+    # Only at a release from a rigid wall is x'' zero.
+    given |= contact | ({"clearance": 1e-3, "contact_tension": [0.0, 1.0]} if contact else {})
+    cube = simulate(**given, observers=["laws"], transient=2, periods=1, max_events=100)
     found = {law: variable.values.ravel() for law, variable in cube.data_vars.items()}
     there = found["segments"] > 0
     assert there.any()

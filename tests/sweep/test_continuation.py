@@ -221,22 +221,6 @@ def test_successor_of_a_stopped_run_starts_afresh(start: State | None) -> None:
 # --- what goes on
 
 
-def test_forcing_goes_on_without_a_jump(recorder: Recorder) -> None:
-    """Followed along the frequency, the phase of the force continues; time is scaled with it."""
-    values = np.linspace(0.5, 2.0, 12).tolist()
-    start = State(0.0, 0.0, 0.0, 0.0, 1.7)
-    simulate(
-        **{**SCENE, "frequency_ratio": values},
-        transient=0,
-        periods=1,
-        follow={"frequency_ratio": "up"},
-        state=start,
-    )
-    assert [p.frequency_ratio for p, _, _ in recorder.starts] == values
-    turns = [state.time * p.frequency_ratio for p, state, _ in recorder.starts]
-    np.testing.assert_allclose(turns, 1.7 * 0.5, rtol=1e-13)
-
-
 def test_sticking_pair_sticks_at_the_next_clearance(recorder: Recorder) -> None:
     """Contact is kept from tiny clearances to large ones, and no burst comes up from nothing."""
     scene = {**SCENE, "restitution": 0.3, "frequency_ratio": 0.3}

@@ -262,44 +262,6 @@ def test_dimensionless_results_name_the_units_of_their_force(force: Any, names: 
     )
 
 
-def under(force: Any, amplitude: float, **changed: Any) -> SIParameters:
-    given = {"phase": 0.0, "force_amplitude": amplitude, "forcing": force}
-    return SIParameters(**SI | given | changed)
-
-
-def test_forces_in_si_that_are_the_same_one() -> None:
-    """By their formulas: a base that moves, and an unbalance, as forces in N."""
-    C, K, omega = SI["damping"], SI["stiffness"], SI["forcing_frequency"]
-    harmonic = {"forcing": "harmonic", "phase": 0.0}
-    pairs = [
-        (
-            under(damper.Base(), 0.03),
-            {"force_amplitude": 0.03 * math.hypot(K, C * omega), "phase": math.atan(C * omega / K)},
-        ),
-        (under(damper.Unbalance(), 0.08), {"force_amplitude": 0.08 * omega**2}),
-    ]
-    for si, force in pairs:
-        other = dataclasses.replace(si, **harmonic | force)
-        found, known = events(si, until=4.0), events(other, until=4.0)
-        assert len(found) == len(known) > 5
-        for column in ("time", "approach_speed", "x", "v"):
-            np.testing.assert_allclose(found[column], known[column], rtol=1e-9, atol=1e-11)
-
-
-def test_a_base_that_is_accelerated_in_si() -> None:
-    """a = 0.4 m/s2 for ever, from rest: y = -a t^2 / 2, and x rings down to -a M / K."""
-    step = damper.Record([0.0, 1.0], [1.0, 1.0], of="base_acceleration", after="hold")
-    si = under(step, 0.4, gap=0.4)
-    (first, *_) = events(si, until=1.5)
-    t, (zeta, rate) = first["time"], (0.1, 10.0)
-    turning = rate * math.sqrt(1.0 - zeta**2)
-    rings = math.cos(turning * t) + zeta * rate / turning * math.sin(turning * t)
-    x = -0.4 * 2.0 / 200.0 * (1.0 - math.exp(-zeta * rate * t) * rings)
-    assert first["side"] == -1
-    assert first["x"] == pytest.approx(x, rel=1e-12)
-    assert -0.2 * t**2 - x == pytest.approx(-0.2, rel=1e-12)
-
-
 # --- cubes
 
 
