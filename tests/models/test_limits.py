@@ -235,19 +235,6 @@ def test_a_table_that_shakes_at_random_falls_away_from_the_ball() -> None:
     assert found["v"][1] == pytest.approx(-0.375, rel=1e-15)
 
 
-def test_the_orbit_of_a_ball_on_a_table_has_the_multipliers_of_the_ball() -> None:
-    """Closed form: at the impact of one a period cos(phase) = pi (1 - r)/(1 + r)/Gamma."""
-    r, big = 0.5, 1.2
-    p = Parameters(**TABLE, restitution=r, gravity=1.0 / big)
-    orbit = damper.periodic_orbit(p, state=State(0.0, 0.0, 0.9, 2.7, 0.51))
-    phase = math.acos(math.pi * (1.0 - r) / (1.0 + r) / big)
-    assert orbit.events["time"] == pytest.approx([phase], rel=1e-10)
-    trace = 1.0 + r * r - big * (1.0 + r) ** 2 * math.sin(phase)
-    assert len(orbit.multipliers) == 2
-    assert orbit.multipliers.sum().real == pytest.approx(trace, rel=1e-9)
-    assert orbit.multipliers.prod().real == pytest.approx(r * r, rel=1e-9)
-
-
 @pytest.mark.parametrize(
     ("given", "message"),
     [

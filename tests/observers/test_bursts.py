@@ -1,8 +1,6 @@
 """Observers of impacts and bursts against plain loops over the events, and known values."""
 
 import itertools
-import math
-from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -83,44 +81,6 @@ def test_known_scenes(scene: Scene, threshold: Threshold) -> None:
 )
 def test_random_scenes(scene: Scene, threshold: Threshold) -> None:
     assert_observed(scene, asked(scene, threshold))
-
-
-def kinds(scene: Scene) -> list[str]:
-    """What is special about the record of a scene."""
-    begun, rows = scene.begun, scene.rows
-    before = [burst for burst in scene.all_bursts if burst.onset < scene.start]
-    under_way = [burst for burst in before if burst.end > scene.start]
-    first = int(np.searchsorted(rows["time"], scene.start))
-    flight = 0.0
-    around = rows[first - 1 : first + 1]
-    if around["kind"].tolist() == [2, 0] and around["side"][0] == around["side"][1]:
-        flight = scene.start - rows["time"][first - 1]
-    last = scene.ended[-1] if scene.ended else None
-    found = {
-        "no impact": not scene.all_bursts,
-        "impact at the start": bool(begun) and begun[0].onset == scene.start,
-        "first contact in the record": bool(begun) and not before and scene.transient > 0,
-        "complete burst under way": any(burst.complete for burst in under_way),
-        "incomplete burst under way": not all(burst.complete for burst in under_way),
-        "long flight to the same wall": flight > 25.0,
-        "cut by the end": bool(begun) and not begun[-1].ended,
-        "cut alone": len(begun) == 1 and not last and len(begun[0].speeds) >= 5,
-        "released after the end": bool(last) and last.complete and math.isnan(last.release),
-        "visible in a tail": any(
-            speed >= burst.limit(1e-5)
-            for burst in begun
-            for speed in burst.tail(scene.restitution(burst.wall))
-        ),
-    }
-    return [name for name, holds in found.items() if holds]
-
-
-def test_known_scenes_are_of_all_kinds() -> None:
-    """Guards the comparison above: each of these kinds has rules of its own."""
-    found = Counter(kind for scene in SCENES for kind in kinds(scene))
-    assert len(found) == 10, found
-    assert all(found[kind] >= 2 for kind in ("complete burst under way", "released after the end"))
-    assert {int(scene.observed("bursts")["chatter"]) for scene in SCENES} == {0, 1, 2}
 
 
 # --- known values
