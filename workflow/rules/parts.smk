@@ -60,7 +60,7 @@ def compiled_before(jobs):
         study, wanted = CONFIG.studies[wildcards.study], jobs[tuple(wildcards)]().compiled
         if wanted == ("engine",):
             return compiled_for(study)
-        return compiled(study.features, wanted) if wanted else []
+        return compiled(study.models, wanted) if wanted else []
 
     return marks
 
