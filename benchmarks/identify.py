@@ -1,22 +1,29 @@
-"""How often the intervals of `damper.identify` hold the truth, on records of random dampers.
+"""How often `damper.identify` finds random dampers in records of them, and says so if not.
 
 python benchmarks/identify.py intervals 200
 python benchmarks/identify.py impacts 200
 python benchmarks/identify.py displacement 60 0.1
 python benchmarks/identify.py acceleration 60
 
-Each record is also fitted in narrow ranges around the truth. A line for each damper with an
-interval that misses, with `wrong` where its sum of squares is more than 1 % above that of this
-fit, so that the search has failed, and with `said` where the card warns of the residual or the
-search.
-After every ten dampers, for each unknown, the part of them whose 95 % interval holds the truth,
-with its binomial 95 % limits. White noise is 1 % of the first displacement, or of the mean time
-between impacts, unless a third argument says so. An impact within 0.1 after the last one that was
-heard is not heard.
+A damper is `wrong` where an interval misses the truth by more than half of its width, and `worse`
+where the sum of squares is larger than with the true values, so that the search has failed. It is
+`warned` where a warning doubts the fit: any but those that the data tell too little. After every
+ten dampers:
+
+- how many are right, with and without a warning, and how many wrong;
+- how often each warning comes;
+- for each unknown, the part of them whose 95 % interval holds the truth, with its binomial 95 %
+  limits.
+
+White noise is 1 % of the first displacement and acceleration, or of the mean time between impacts,
+unless a third argument says so. An impact within 0.1 after the last one that
+was heard is not heard.
 """
 
+import math
 import random
 import sys
+from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
@@ -24,6 +31,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 import damper
+from damper.identification.problem import RecordedDamper
 from damper.sweep.points import one_run
 
 _FREE = {
@@ -87,38 +95,54 @@ def recorded(kind: str, true: Mapping[str, Any], noise: float, seed: int) -> dam
 
 
 def main(kind: str = "intervals", trials: str = "20", noise: str = "0.01") -> None:
-    """Print how often each interval holds the truth."""
+    """Print what is found of random dampers."""
     hits: dict[str, list[bool]] = {name: [] for name in _FREE[kind]}
+    judged, warnings = Counter[str](), Counter[str]()
     for seed in range(int(trials)):
         true = truth(kind, random.Random(seed))
         known = {name: value for name, value in true.items() if name not in _FREE[kind]}
         record = recorded(kind, true, float(noise), seed)
         ranges = {"clearance": (0.02, 2.0)} if kind == "impacts" else {}
         found = damper.identify(record, _FREE[kind], known, ranges=ranges)
-        missed = []
+        missed, off = [], 0.0
         for name, held in hits.items():
             low, high = found.interval(name)
             held.append(low <= true[name] <= high)
+            off = max(off, abs(true[name] - 0.5 * (low + high)) / (high - low))
             if not held[-1]:
                 missed.append(f"{name} {true[name]:.6g}, {low:.6g} to {high:.6g}")
-        said = any("noise" in text or "searches" in text for text in found.warnings)
-        near = {name: _beside(true[name]) for name in hits}
-        best = damper.identify(record, _FREE[kind], known, ranges=near)
-        wrong = found.rms["record"] ** 2 > 1.01 * best.rms["record"] ** 2
-        if words := [*missed, *["wrong"] * wrong, *["said"] * said]:
-            print(f"{seed}: {'; '.join(words)}", flush=True)
+        verdict = "wrong" if off > 1.0 else "right"
+        if any(not text.startswith("The data") for text in found.warnings):
+            verdict += ", warned"
+        judged[verdict] += 1
+        texts = [text.removeprefix("record: ") for text in found.warnings]
+        warnings.update(" ".join(text.split()[:5]) for text in texts)
+        if found.rms["record"] > 1.001 * _rms(record, true, known, _FREE[kind]):
+            judged["worse than the truth"] += 1
+            verdict += ", worse"
+        if missed or verdict != "right":
+            print(f"{seed}: {'; '.join([verdict, *missed, *texts])}", flush=True)
         if (seed + 1) % 10 == 0 or seed + 1 == int(trials):
+            about = f"{kind}, noise {noise}, {seed + 1} dampers: "
+            for counted in (judged, warnings):
+                print(about + "; ".join(f"{text}: {n}" for text, n in counted.most_common()))
             for name, held in hits.items():
                 limits = binomtest(sum(held), len(held)).proportion_ci()
                 part = sum(held) / len(held)
                 ends = f"{100 * limits.low:.1f} to {100 * limits.high:.1f} %"
-                about = f"{kind}, noise {noise}, {seed + 1} dampers: {name}"
-                print(f"{about} {100 * part:.1f} % ({ends})", flush=True)
+                print(f"{about}{name} {100 * part:.1f} % ({ends})", flush=True)
 
 
-def _beside(value: float) -> tuple[float, float]:
-    """A narrow range around a value."""
-    return value - 0.1 * abs(value), value + 0.1 * abs(value)
+def _rms(
+    record: damper.Recording, true: Mapping[str, Any], known: Mapping[str, Any], free: list[str]
+) -> float:
+    """Rms of the residual of the truth, with the degrees of freedom of a fit."""
+    starts = {name: true[name] for name in free}
+    problem = RecordedDamper(known, [record], free, starts, {})
+    point = np.array([true.get(unknown.name, 0.0) for unknown in problem.unknowns])
+    computed = problem.computed(point, 0, len(record.times), False)[0]
+    squares = (computed - record.values)[~np.isnan(computed)] ** 2
+    return math.sqrt(squares.sum() / max(len(squares) - len(point), 1))
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -12,7 +13,7 @@ from scipy.io import savemat, wavfile
 
 import damper
 from damper.identification.answer import _warnings
-from damper.identification.fit import Fitter
+from damper.identification.fit import Fit, Fitter
 from damper.identification.problem import RecordedDamper, _heard
 from damper.shell import main
 from damper.sizing.answer import cube_of
@@ -202,13 +203,30 @@ def test_a_residual_larger_than_the_noise_is_said():
     times, values, _ = decay()
     noise = 2e-5 * np.random.default_rng(2).standard_normal(len(times))
     record = damper.Recording(times, values + noise, offset=False)
-    assert record.expected == pytest.approx(2e-5, rel=0.2)
+    assert record.own_noise[0] == pytest.approx(2e-5, rel=0.2)
     for gap, there in ((0.01, False), (0.0105, True)):
         fitter = Fitter(problem(record, ["restitution"], FRAME | {"gap": gap}))
         fit = fitter.fit(np.array([0.6]), 1.0, 10)
         said = " ".join(_warnings(fitter, fit, *fitter.reach(fit, 2.0)))
         assert ("times what the record's noise explains" in said) is there
         assert ("no white noise" in said) is there
+
+
+def test_chances_of_a_residual_are_those_of_white_noise():
+    """Of records that are noise alone, a part of 5 % is beyond what has a chance of 5 %."""
+    rng = np.random.default_rng(0)
+    found = []
+    for noise in [None] * 500 + [1.0] * 500:
+        drawn = rng.standard_normal(200)
+        record = damper.Recording(np.arange(200.0), drawn, noise=noise)
+        alone = SimpleNamespace(records=[record], noise=[1.0], size=lambda _: 1.0)
+        fit = Fit(alone, np.zeros(0), drawn, np.zeros((200, 0)), True)
+        searched = SimpleNamespace(windows=[(drawn[:80] @ drawn[:80], 80)])
+        chances = [fit.chance, Fitter._chance_in_part(searched, fit)]
+        found.append([bool(fit.excess(0.05)), *(chance < 0.05 for chance in chances)])
+    large, alike, in_part = np.transpose(found)
+    for each in (large[:500], large[500:], alike, in_part):
+        assert 0.02 < each.mean() < 0.08
 
 
 def test_searches_go_on_until_two_end_in_the_best_place(monkeypatch):
@@ -220,6 +238,7 @@ def test_searches_go_on_until_two_end_in_the_best_place(monkeypatch):
         fit = fitter.fit(np.array([0.6]), 1.0, 3)
         left = iter([replace(fit, residuals=math.sqrt(cost) * fit.residuals) for cost in costs])
         monkeypatch.setattr(fitter, "_round", lambda *_, left=left: next(left))
+        assert set(fitter._parts(0)) & set(fitter._parts(1)) == {1.0}  # other windows
         best = fitter.best()
         assert next(left, None) is None
         said = " ".join(_warnings(fitter, best, *fitter.reach(best, 2.0)))

@@ -28,9 +28,8 @@ from damper.study.yaml_file import read_yaml
 
 #: Part of all dampers that an interval is to hold.
 _CONFIDENCE = 0.95
-#: Chance of the correlations in a residual below which it is no white noise, and rms over what is
-#: expected, with a part over the root of the number of data, from which on a card says so.
-_CHANCE, _TOO_MUCH = 1e-4, (1.3, 3.0)
+#: Chance of a residual in white noise, by each of three tests, below which a card says so.
+_CHANCE = 1e-3
 #: Half of an interval over the value from which on it counts which unknowns the data tell apart,
 #: and from which on the data do not determine the value.
 _LOOSE, _VAGUE = 0.1, 0.5
@@ -360,7 +359,7 @@ def _warnings(fitter: Fitter, fit: Fit, low: np.ndarray, high: np.ndarray) -> It
         )
     if not fit.converged:
         yield "The fit has not converged: its intervals are no more than a hint."
-    for label, times in fit.excess(_TOO_MUCH).items():
+    for label, times in fit.excess(_CHANCE).items():
         yield (
             f"{label}: the residual is {times:.2g} times what the record's noise explains. The "
             "machine has more than this model, or the fit is not the best one: do not trust it."
@@ -370,7 +369,7 @@ def _warnings(fitter: Fitter, fit: Fit, low: np.ndarray, high: np.ndarray) -> It
             "The residual is no white noise: the machine has more than this model, or the fit is "
             "not the best one. The intervals are too narrow."
         )
-    elif fitter.fits_in_part(fit):
+    elif fitter.in_part < _CHANCE:
         yield "A part of the records fits much better than the whole: the model may lack something."
     for record in problem.records:
         if record.is_sampled and record.step * problem.rate * _COARSE > math.tau:

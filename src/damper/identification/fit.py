@@ -20,13 +20,14 @@ _LAST_PART = 0.9
 #: Starts of each round, and how many of them, and of points that come from the window before, are
 #: fitted in a window; there are more rounds until two of them end in the best place.
 _ROUNDS = ((200, 3), (400, 4), (800, 6), (1600, 8))
-#: Points around a fit; looks around the last fit.
+#: Points around a fit; looks around the best fits, as many, that find no lower place.
 _DRAWS, _LOOKS = 20, 3
 #: Steps of a fit in a window, of one of the whole, of the last one and of one in a profile.
 _IN_WINDOW, _WHOLE, _LAST, _NEAR = 5, 8, 30, 2
-#: Neighbours whose correlation counts; variance over that of the best window from which on it is
-#: suspicious; rms over what is expected from which on the search goes on.
-_LAGS, _LARGER, _MORE = 10, 4.0, (1.05, 1.0)
+#: Neighbours whose correlation counts.
+_LAGS = 10
+#: Chance of a residual in white noise below which the search goes on.
+_DOUBT = 0.01
 #: Fits of a profile to one side at most, and part of the expected rise at which it ends.
 _OUTWARD, _RISEN = 5, 0.8
 #: Sum of squares, over the variance, by which minima differ that one 95 % interval holds.
@@ -129,20 +130,27 @@ class Fit:
                 least = min(least, float(chi2.sf(sum_of_squares, lags.size)))
         return least
 
-    def excess(self, more: tuple[float, float]) -> dict[str, float]:
-        """Rms of the residual over what is expected, of the records where it is more than that.
+    def excess(self, chance: float) -> dict[str, float]:
+        """Rms of the residual over the noise, by the labels of records where it is too large.
 
-        By a factor, and a part of the root of the number of data. By the records' labels.
+        Noise makes it as large with less than this chance, by the F test, which is chi-square for a
+        stated noise. Of records whose noise is known without the fit.
         """
+        from scipy.stats import f
+
         found = {}
+        share = self.freedom / (self.freedom + len(self.point))
         for k, some in self.each():
-            record = self.problem.records[k]
-            if len(some):
-                share = max(1.0 - len(self.point) / len(some), 1.0 / len(some))
-                rms = self.problem.noise[k] * math.sqrt(float(some @ some) / len(some) / share)
-                most = record.expected * (more[0] + more[1] / math.sqrt(len(some)))
+            record, size = self.problem.records[k], self.problem.noise[k]
+            if record.own_noise and len(some):
+                noise, known = record.own_noise
+                # Samples that an impact hides have no part in the sum, but in its weight.
+                power = float(some @ some) * len(some) / len(record.times)
+                freedom = max(share * len(some), 1.0)
+                rms = size * math.sqrt(power / freedom)
+                most = noise * math.sqrt(f.isf(chance, freedom, min(known, 1e9)))
                 if rms > max(most, math.sqrt(_EXACT) * self.problem.size(k)):
-                    found[record.label] = rms / record.expected if record.expected else math.inf
+                    found[record.label] = rms / noise if noise else math.inf
         return found
 
 
@@ -164,14 +172,11 @@ class Fitter:
             j for j, u in enumerate(unknowns) if u.name in OF_RECORD and u.name != "scale"
         ]
         self.count = sum(len(record.times) for record in problem.records)
-        part, parts = max(_FIRST, (2 + len(unknowns)) / self.count), []
-        while part < _LAST_PART:
-            parts.append(part)
-            part *= _GROWS
-        self.parts = (*parts, 1.0)
         self.generator = random.Random(0)
-        #: Least variance of a window.
-        self.least = math.inf
+        #: Sum of squares and degrees of freedom of each window's best fit.
+        self.windows: list[tuple[float, int]] = []
+        #: Chance of the whole fitting as much worse than a window.
+        self.in_part = 1.0
         #: Whether two rounds have ended in the best place.
         self.again = False
         #: Sum of squares of each record, in its own units, and point of all that was tried on the
@@ -184,15 +189,17 @@ class Fitter:
         self.problem.rough = True
         begin, found = 0, list[Fit]()
         with compiling():
-            for count, kept in _ROUNDS:
-                found.append(self._round(begin, count, kept))
+            for number, (count, kept) in enumerate(_ROUNDS):
+                found.append(self._round(self._parts(number), begin, count, kept))
                 begin += count
                 found.sort(key=lambda fit: fit.cost)
                 best = found[0]
                 # The order of impacts makes many minima, some of nearly the same depth.
                 near = best.cost + _ALIKE * max(best.variance, _EXACT)
                 self.again = len(found) > 1 and found[1].cost <= near
-                if self.again and not best.excess(_MORE):
+                self.in_part = self._chance_in_part(best)
+                doubts = min(best.chance, self.in_part) < _DOUBT or best.excess(_DOUBT)
+                if self.again and not doubts:
                     break
         self.problem.rough = False
         best = self._weighed(best)
@@ -213,9 +220,29 @@ class Fitter:
             sums.append(float(some @ some) * noise**2)
         self.sums.append((np.array(sums), point))
 
-    def fits_in_part(self, fit: Fit) -> bool:
-        """Whether a part of the records fits much better than the whole."""
-        return fit.variance > max(_LARGER * self.least, _EXACT)
+    def _chance_in_part(self, fit: Fit) -> float:
+        """Chance of white noise to make the rest of the records fit as much worse than a window.
+
+        The least one of the windows, times their number; by the F test of Chow (Econometrica 28,
+        591, 1960).
+        """
+        from scipy.stats import f
+
+        least = 1.0
+        for cost, freedom in self.windows if fit.variance > _EXACT else ():
+            if (rest := fit.freedom - freedom) > 0:
+                ratio = (fit.cost - cost) / rest / max(cost / freedom, _TINY)
+                least = min(least, len(self.windows) * float(f.sf(ratio, rest, freedom)))
+        return least
+
+    def _parts(self, number: int) -> list[float]:
+        """Windows of a round; those of the next one end halfway between them."""
+        part = _FIRST * _GROWS ** (0.5 * (number % 2))
+        part, parts = max(part, (2 + len(self.problem.unknowns)) / self.count), []
+        while part < _LAST_PART:
+            parts.append(part)
+            part *= _GROWS
+        return [*parts, 1.0]
 
     def exact(self, fit: Fit) -> Fit:
         """Return a fit with derivatives as good as the motion, which tell what data cannot."""
@@ -226,7 +253,7 @@ class Fitter:
 
     def _weighed(self, fit: Fit) -> Fit:
         """Return the fit with the noise of each kind of record as found."""
-        records, problem, before = self.problem.records, self.problem, fit.variance
+        records, problem = self.problem.records, self.problem
         for _ in range(3 if len({record.kind for record in records}) > 1 else 0):
             sums: dict[str, list[np.ndarray]] = {}
             for k, some in fit.each():
@@ -238,32 +265,31 @@ class Fitter:
                     size = math.sqrt(float(found @ found) / found.size / share)
                     problem.noise[k] = size or problem.noise[k]
             fit = self.fit(fit.point, 1.0, _WHOLE)
-        self.least *= fit.variance / before if before else 1.0
         return fit
 
-    def _round(self, begin: int, count: int, kept: int) -> Fit:
+    def _round(self, parts: Sequence[float], begin: int, count: int, kept: int) -> Fit:
         """Fit the best of so many starts, from short windows to the whole."""
-        starts = [self._scored(self.start(k), self.parts) for k in range(begin, begin + count)]
+        starts = [self._scored(self.start(k), parts) for k in range(begin, begin + count)]
         points: list[np.ndarray] = []
-        for number, part in enumerate(self.parts):
+        for number, part in enumerate(parts):
             some = self._best_of([start[number] for start in starts], kept)
             more = self._best_of([self._scored(p, (part,))[0] for p in points], kept)
             steps = _IN_WINDOW if part < 1.0 else _WHOLE
             fits = [self.fit(point, part, steps) for point in self._different(more + some)]
             fits.sort(key=lambda fit: fit.cost)
-            if fits[0].freedom >= _TELLING:
-                self.least = min(self.least, fits[0].variance)
+            if part < 1.0 and fits[0].freedom >= _TELLING:
+                self.windows.append((fits[0].cost, fits[0].freedom))
             # Without steps beside the best ones, which the next window may tell apart.
             points = [fit.point for fit in fits[kept:]]
             points += [point for fit in fits[:kept] for point in self._around(fit)]
         # The order of impacts makes the sum of squares rugged: look around for a lower place.
-        for _ in range(_LOOKS):
+        idle = 0
+        while idle < _LOOKS:
             before, fits = fits[0].cost, fits[:_LOOKS]
             around = [self._scored(p, (1.0,))[0] for fit in fits for p in self._around(fit)]
             fits += [self.fit(point, 1.0, _WHOLE) for point in self._best_of(around, _LOOKS)]
             fits.sort(key=lambda fit: fit.cost)
-            if fits[0].cost > before * (1.0 - 0.2 / self.count):
-                break
+            idle = idle + 1 if fits[0].cost > before * (1.0 - 0.2 / self.count) else 0
         return fits[0]
 
     def _best_of(self, scored: list[tuple[float, np.ndarray]], count: int) -> list[np.ndarray]:
