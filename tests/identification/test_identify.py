@@ -131,6 +131,16 @@ def test_measured_tennis_ball():
     found = damper.identify(record, ["restitution", "initial_position"], FLOOR)
     low, high = found.interval("restitution")
     assert 0.73 < low < 0.765 < high < 0.80
+
+    # The profile of its height, by the law of free fall: t = 4.30 with two degrees of freedom.
+    places = np.linspace(-0.92, -0.87, 501)
+    falls = 2.0 * np.sqrt(2.0 * 5.0 * (1.0 + places) / 9.81)
+    bounces = np.linspace(0.70, 0.85, 1501)[:, None] ** np.arange(1, 5)
+    sums = [((record.times - fall * bounces) ** 2).sum(1).min() for fall in falls]
+    inside = places[sums < min(sums) * (1.0 + 4.3027**2 / 2.0)]
+    low, high = found.interval("initial_position")
+    assert high == pytest.approx(inside.max(), abs=2e-4)
+    assert low < inside.min()  # that of the covariance is wider here
     # Its study gives no frequency, which nothing has, and runs.
     (study,) = found.studies.values()
     assert not {"forcing_frequency", "force_amplitude"} & {*study["parameters"]}

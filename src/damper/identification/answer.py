@@ -37,8 +37,6 @@ _LOOSE, _VAGUE = 0.1, 0.5
 _NOTHING = 1e-6
 #: Part of an allowed range within which a value is at its end.
 _AT_END = 1e-4
-#: Errors of a profile's points.
-_PROFILE = (-2.0, 2.0)
 #: Samples in a period of the primary, below which a record is coarse.
 _COARSE = 10.0
 
@@ -49,8 +47,8 @@ class Identification:
 
     title: str
     values: pd.DataFrame
-    """`quantity`, `value`, `unit`, the ends `low` and `high` of its 95 % interval, and
-    `standard_error` by the covariance, a row each."""
+    """`quantity`, `value`, `unit`, the ends `low` and `high` of its 95 % interval, by covariance or
+    profile, whichever is further off, and `standard_error` by the covariance, a row each."""
     parameters: Parameters | SIParameters
     """The damper with these values."""
     correlation: pd.DataFrame
@@ -248,13 +246,15 @@ def _answer(fitter: Fitter, fit: Fit, assumed: list[str]) -> Identification:
     problem, unknowns = fitter.problem, fitter.problem.unknowns
     errors = np.sqrt(np.diag(fit.covariance))
     own = [j for j, u in enumerate(unknowns) if u.name not in OF_RECORD]
-    profile = _profile(fitter, fit, [j for j in own if errors[j] < math.inf])
+    most = float(t.ppf(0.5 + 0.5 * _CONFIDENCE, fit.freedom))
+    told = [j for j in own if errors[j] < math.inf]
+    others = [(j, f) for j in told for way in (-most, most) for f in fitter.profile(fit, j, way)]
     # The profile may have found a lower place.
     cost, point = min(fitter.tried, key=lambda one: one[0])
     if cost < fit.cost * (1.0 - 1e-6):
         fit = fitter.exact(fitter.fit(point, 1.0, 40))
         errors = np.sqrt(np.diag(fit.covariance))
-    low, high = fitter.reach(fit, float(t.ppf(0.5 + 0.5 * _CONFIDENCE, fit.freedom)))
+    low, high = fitter.reach(fit, most, others)
     labels = [unknown.label for unknown in unknowns]
     columns = {
         "quantity": labels,
@@ -266,6 +266,7 @@ def _answer(fitter: Fitter, fit: Fit, assumed: list[str]) -> Identification:
     }
     with np.errstate(invalid="ignore"):
         correlation = pd.DataFrame(fit.covariance / np.outer(errors, errors), labels, labels)
+    rows = [(labels[j], other.point[j], other.cost / (fit.cost or 1.0)) for j, other in others]
     motion, impacts, rms = _compared(problem, fit)
     values = problem.values_of(fit.point, 0)
     parameters = problem.start(values, 0.0)[0]
@@ -281,7 +282,7 @@ def _answer(fitter: Fitter, fit: Fit, assumed: list[str]) -> Identification:
         values=pd.DataFrame(columns),
         parameters=parameters,
         correlation=correlation,
-        profile=profile,
+        profile=pd.DataFrame(rows, columns=["quantity", "value", "sum_of_squares"]),
         motion=motion,
         impacts=impacts,
         records=tuple(problem.records),
@@ -290,17 +291,6 @@ def _answer(fitter: Fitter, fit: Fit, assumed: list[str]) -> Identification:
         assumed=tuple(assumed),
         studies={f"record_{k}": _study(problem, fit, k) for k in range(len(problem.records))},
     )
-
-
-def _profile(fitter: Fitter, fit: Fit, which: Sequence[int]) -> pd.DataFrame:
-    """Least sums of squares beside the fit, of each quantity."""
-    rows = []
-    for j in which:
-        label = fitter.problem.unknowns[j].label
-        for way in _PROFILE:
-            for other in fitter.profile(fit, j, way):
-                rows.append((label, other.point[j], other.cost / (fit.cost or 1.0)))
-    return pd.DataFrame(rows, columns=["quantity", "value", "sum_of_squares"])
 
 
 def _compared(

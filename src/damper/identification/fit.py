@@ -28,8 +28,9 @@ _IN_WINDOW, _WHOLE, _LAST, _NEAR = 5, 8, 30, 2
 _LAGS = 10
 #: Chance of a residual in white noise below which the search goes on.
 _DOUBT = 0.01
-#: Fits of a profile to one side at most, and part of the expected rise at which it ends.
-_OUTWARD, _RISEN = 5, 0.8
+#: Fits of a profile to one side at most, those by which it gets to the end of an interval if the
+#: sum of squares rises as the covariance says, and part of the rise there at which it ends.
+_OUTWARD, _TO_END, _RISEN = 8, 2, 0.95
 #: Sum of squares, over the variance, by which minima differ that one 95 % interval holds.
 _ALIKE = 4.0
 #: Longest step of a profile over the range of starts.
@@ -393,11 +394,10 @@ class Fitter:
     def profile(self, fit: Fit, j: int, way: float) -> Iterator[Fit]:
         """Fits of the other unknowns, of which one goes off to where the data are against it.
 
-        The first one is `way` standard errors off. The next ones go on from there, where the sum of
-        squares has risen less than the covariance says.
+        By parts of `way` standard errors, until the sum of squares has risen as much as these say.
         """
         covariance, point = fit.covariance, fit.point
-        step = way * covariance[:, j] / math.sqrt(covariance[j, j])
+        step = way / _TO_END * covariance[:, j] / math.sqrt(covariance[j, j])
         step *= min(1.0, _LONGEST * self.widths[j] / abs(step[j]))
         for _ in range(_OUTWARD):
             before, point = point[j], np.clip(point + step, *self.bounds)
@@ -409,20 +409,30 @@ class Fitter:
                 return
             point = other.point
 
-    def reach(self, fit: Fit, errors: float) -> tuple[np.ndarray, np.ndarray]:
+    def reach(
+        self, fit: Fit, errors: float, others: Sequence[tuple[int, Fit]] = ()
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest values of the unknowns that are no further than some standard errors.
 
-        By the covariance, and of all points that were tried by their sum of squares, so that other
-        minima and bends count as well.
+        By the covariance; by the sums of squares of the profiles, which `others` are, with the
+        number of their unknown; and of all points that were tried, so that other minima count.
         """
         span = errors * np.sqrt(np.diag(fit.covariance))
         most = fit.cost + errors**2 * fit.variance
         near = np.array([point for cost, point in self.tried if cost <= most] + [fit.point])
-        low, high = (
-            np.minimum(fit.point - span, near.min(0)),
-            np.maximum(fit.point + span, near.max(0)),
-        )
-        return np.maximum(low, self.bounds[0]), np.minimum(high, self.bounds[1])
+        ends = []
+        for way, nearest in ((-1.0, near.min(0)), (1.0, near.max(0))):
+            end = way * np.maximum(way * nearest, way * fit.point + span)
+            for j in {j for j, _ in others}:
+                off = [(way * (f.point[j] - fit.point[j]), f.cost) for k, f in others if k == j]
+                # The root of the rise is nearly straight.
+                steps, costs = np.transpose(sorted([one for one in off if one[0] > 0.0]))
+                rises = np.maximum.accumulate(np.maximum(costs - fit.cost, 0.0))
+                roots = [0.0, *np.sqrt(rises / max(fit.variance, _TINY))]
+                far = fit.point[j] + way * np.interp(errors, roots, [0.0, *steps])
+                end[j] = way * max(way * end[j], way * far)
+            ends.append(end)
+        return np.maximum(ends[0], self.bounds[0]), np.minimum(ends[1], self.bounds[1])
 
 
 def _step(j: int, count: int) -> float:
