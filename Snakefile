@@ -25,6 +25,7 @@ localrules:
     claims,
     crate,
     documents,
+    others,
     report,
     tidy,
 

@@ -1,8 +1,8 @@
-"""Published and measured numbers beside those of the engine: docs/others.md.
+"""Published and measured numbers beside those of the engine: the tables of docs/others.md.
 
 python benchmarks/others.py [case ...]
 
-Prints a row of the document for each number.
+`snakemake --cores 1 others` compares them with the document.
 """
 
 import math
@@ -264,16 +264,21 @@ def text(value: complex) -> str:
 
 
 def main(*names: str) -> None:
-    """Print the rows of all cases, or of some."""
-    for name in names or (*CASES, "balls"):
-        if name == "balls":
-            print("\n".join(measured_balls()))
-            continue
+    """Print the tables of all cases, or of some."""
+    print("# Cases of other people\n\n## Numbers\n")
+    print("| case | number | theirs | ours | difference, relative | right where they differ |")
+    print("|---|---|---|---|---|---|")
+    for name in names or CASES:
         for row in CASES[name]():
-            print(
-                f"| {name} | {row.what} | {text(row.theirs)} | {text(row.ours)} | {row.off:.1g} "
-                f"| {row.verdict} |"
-            )
+            # Below that it is another number with each change of the engine.
+            off = f"{row.off:.1g}" if row.off >= 1e-14 else "< 1e-14"
+            both = f"{text(row.theirs)} | {text(row.ours)}"
+            print(f"| {name} | {row.what} | {both} | {off} | {row.verdict} |")
+    if not names:
+        print("\n## Measured balls\n")
+        print("| ball | law | values | chi-square | degrees of freedom | Akaike's criterion |")
+        print("|---|---|---|---|---|---|")
+        print("\n".join(measured_balls()))
 
 
 if __name__ == "__main__":

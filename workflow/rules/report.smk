@@ -151,3 +151,19 @@ rule documents:
     shell:
         "{params.python:q} -m damper.report.documents --check {params.results:q} {params.documents:q} "
         "2>&1 | tee {log:q}"
+
+
+rule others:
+    log:
+        f"{LOGS}/others.log",
+    params:
+        python=sys.executable,
+        script=HOME / "benchmarks/others.py",
+        results=RESULTS,
+        document=HOME / "docs/others.md",
+    message:
+        "Compare the cases of other people with their document"
+    shell:
+        "{params.python:q} {params.script:q} > {params.results:q}/others.md && "
+        "{params.python:q} -m damper.report.documents --check {params.results:q} {params.document:q} "
+        "2>&1 | tee {log:q}"
