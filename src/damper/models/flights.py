@@ -4,7 +4,10 @@
 """
 
 import math
+from functools import singledispatch
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from damper.engine.accumulation import accumulation, sticks
 from damper.engine.accumulation import bounce_at as frictionless_bounce_at
@@ -20,10 +23,11 @@ from damper.engine.bodies import (
     start_point,
     strength_on,
     sum_after,
+    weight_on,
 )
-from damper.engine.compiled import compiled
+from damper.engine.compiled import compiled, plain
 from damper.engine.dispatch import by_class, by_class_or_default
-from damper.engine.forcing import bound_of, horizon, may_jump, phase_at
+from damper.engine.forcing import bound_of, horizon, is_odd, may_jump, phase_at
 from damper.engine.impact import law_at, mean_of, restitution_at, restitution_change
 from damper.engine.oscillator import (
     Motion,
@@ -69,6 +73,16 @@ class Both(NamedTuple):
 def travel_of(model: Any) -> float:
     """The free mass's whole travel between the walls; infinite where there is one."""
     return 2.0 * float(model.clearance)
+
+
+@singledispatch
+def has_mirror(model: Any) -> bool:
+    """Whether a motion's mirror image half a cycle later is a motion, too. Never compiled."""
+    left, right = (plain(law_at)(model.law, side) for side in (-1.0, 1.0))
+    # Both masses together feel gravity, too.
+    odd = plain(is_odd)(model.stuck.forcing) and not plain(weight_on)(model.mass)
+    alike = all(map(np.array_equal, left, right))
+    return bool(odd and alike and plain(travel_of)(model) < math.inf)
 
 
 @by_class_or_default

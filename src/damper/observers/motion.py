@@ -1,22 +1,19 @@
 """Motion: after how many cycles it repeats, and what the free mass does in that time."""
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from damper.engine.bodies import weight_on
-from damper.engine.compiled import compiled, plain
-from damper.engine.forcing import is_odd
-from damper.engine.impact import law_at
+from damper.engine.compiled import compiled
 from damper.engine.model import motion, read_segment
 from damper.engine.segment import IMPACT, STICK, Segment
 from damper.engine.trajectory import Trajectory
-from damper.models.flights import travel_of
+from damper.models.flights import has_mirror
 from damper.observers.common.base import Observer, Window, record_type, since
 from damper.observers.common.sections import write_sample
 from damper.observers.common.settings import BODIES, Setting
+from damper.parameters.models import ONE_MASS
 from damper.parameters.names import counted
 from damper.parameters.variables import Variable
 
@@ -30,9 +27,11 @@ class ObservedMotion(Observer):
 
     The window's end is compared with itself in steps of half a cycle: in a motion of n periods the
     last n cycles repeat the n cycles before them. Every other motion is quasi-periodic, chaotic
-    or not yet settled; `lyapunov` distinguishes these.
+    or not yet settled; `lyapunov` distinguishes these. On a structure the primary is the box of
+    the free mass.
     """
 
+    models = (*ONE_MASS, "structure")
     bodies = BODIES
     longest = Setting(8, "Longest period to look for.", "cycles", ge=1, le=1000)
     tolerance = Setting(
@@ -94,12 +93,7 @@ class ObservedMotion(Observer):
         rows = rows[-min(self._taken, len(rows)) :]
         states, counts = rows[:, :4], rows[:, 4:]
         near = self.tolerance * abs(states).max()
-        left, right = (plain(law_at)(self._model.law, side) for side in (-1.0, 1.0))
-        # Both masses together feel gravity, too.
-        model = self._model
-        odd = plain(is_odd)(model.stuck.forcing) and not plain(weight_on)(model.mass)
-        alike = all(map(np.array_equal, left, right))
-        odd = odd and alike and plain(travel_of)(model) < math.inf
+        odd = has_mirror(self._model)
         self._put({"motion_period": 0})
         for period in range(1, (len(rows) - 1) // 4 + 1):
             later, earlier = states[-2 * period - 1 :], states[-4 * period - 1 : -2 * period]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from damper.observers import observer_class
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import HARMONIC, Forcing, read_forcing
 from damper.parameters.masses import listed, own_values
@@ -60,7 +61,7 @@ def simulate(
     With `structure`, or parameters that have one, runs are those of free masses on a structure:
     sequences make dimensions of `gap_0`, `mode_1_frequency` and other numbers, and every run is
     measured whole: motion of each point, energy of each mode, impacts of each free mass, powers.
-    Of the observers `lyapunov` alone goes with a structure.
+    Of the observers `lyapunov` and `motion` go with a structure.
 
     Else the parameters are those of `damper.Parameters`, or in their place those of
     `damper.SIParameters`: then initial quantities, yield speed and dataset are in m, s and J, too.
@@ -141,9 +142,8 @@ def simulate(
         }
         given |= {name: value for name, value in tabled.items() if value is not None}
         asked = {} if observers is USUAL else dict(_with_settings(observers))
-        lyapunov = dict(asked.pop("lyapunov") or {}) if "lyapunov" in asked else None
         _refuse_on_structures(
-            observers=bool(asked),
+            observers=[n for n in asked if "structure" not in observer_class(n).models],
             follow=follow,
             initial=initial != "rest",
             draws=draws,
@@ -151,7 +151,7 @@ def simulate(
         )
         with progress_bar() as progress:
             on_structure: Any = parameters
-            return simulate_structure(on_structure, given, run, state, progress, lyapunov)
+            return simulate_structure(on_structure, given, run, state, progress, asked)
     for name in given:
         if name not in ALL:
             raise unknown_name("argument", name, _SIGNATURE.parameters)

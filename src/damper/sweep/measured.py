@@ -28,7 +28,8 @@ from damper.observers.common.base import Window, part_within
 from damper.parameters.run import DEFAULTS
 from damper.parameters.structural import StructureParameters
 from damper.parameters.structure_results import RESULTS_OF_POINTS
-from damper.parameters.variables import STATUS
+from damper.parameters.variables import SI_UNITS, STATUS
+from damper.sweep.runs import observed
 
 #: Largest reach (rate times length) of a part: that of 12 nodes.
 _REACH = float(REACH[12 - FEWEST])
@@ -316,7 +317,7 @@ def measured(
     history: int = 0,
     state: Any = None,
     engine: Mapping[str, Any] | None = None,
-    lyapunov: Mapping[str, Any] | None = None,
+    observers: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> dict[str, Any]:
     """Run a structure and return what is measured in its window.
 
@@ -331,14 +332,14 @@ def measured(
         Where it starts.
     engine : mapping, optional
         `accuracy` and `max_events`.
-    lyapunov : mapping, optional
-        Settings of the observer `lyapunov`, if that is to follow deviations as well.
+    observers : mapping of str to settings, optional
+        Observers that are to see the window as well.
 
     Returns
     -------
     dict of str to ndarray
-        `RESULTS`, and `HISTORY` and exponents if asked for; missing but `status` where the run
-        stopped early.
+        `RESULTS`, and `HISTORY` and what the observers write if asked for; missing but `status`
+        where the run stopped early.
     """
     from damper.sweep.events import Started
 
@@ -348,24 +349,6 @@ def measured(
     window = Window(periods + cycles[0], time, cycles[1])
     trajectory.skip(*Window(periods, time, cycles[0]).end(trajectory.cycle))
     seen = Measured(parameters, trajectory, window, samples, history)
-    exponents = None if lyapunov is None else _exponents(trajectory, window, lyapunov)
-    for log in trajectory.segments(*window.end(trajectory.cycle)):
-        seen.observe(log)
-        if exponents:
-            exponents.observe(log)
-    if not exponents:
-        return seen.found()
-    exponents.finish(trajectory.status == FINISHED)
-    found = {name: values[0] for name, values in exponents.arrays.items()}
-    found["slowest_impact"] = found["slowest_impact"] * parameters.units.speed
-    return seen.found() | found
-
-
-def _exponents(trajectory: Trajectory, window: Window, settings: Mapping[str, Any]) -> Any:
-    """The observer of a run's deviations."""
-    from damper.observers.lyapunov import Lyapunov  # the tangent with it
-
-    found = Lyapunov(**settings)
-    found.allocate(1, math.ceil(window.length))
-    found.begin(0, trajectory, window)
-    return found
+    more, size = observed(trajectory, window, observers or {}, seen), parameters.units.size
+    scaled = {v.name: a * size(v.units) if v.units in SI_UNITS else a for v, a in more}
+    return seen.found() | scaled

@@ -28,6 +28,7 @@ from damper.parameters.quantity import whole
 from damper.parameters.run import RunSettings
 from damper.parameters.state import require_state
 from damper.parameters.tables import beside_numbers
+from damper.parameters.variables import Variable
 from damper.sweep.estimate import Workload
 from damper.sweep.grid import lies_at
 from damper.sweep.points import Point, read_point
@@ -313,6 +314,29 @@ def _chained(
         before = None
         if trajectory.status == FINISHED:
             before = point, trajectory.state_at(*window.end(trajectory.cycle))
+
+
+def observed(
+    trajectory: Trajectory,
+    window: Window,
+    observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
+    *others: Any,
+) -> list[tuple[Variable, np.ndarray]]:
+    """Let observers see a window of one run, with others that have an `observe` of their own.
+
+    Returned are their variables and what they are in this run, dimensionless.
+    """
+    made = make_observers(observers)
+    trajectory.skip(window.periods, window.time)
+    for observer in made:
+        observer.allocate(1, math.ceil(window.length))
+        observer.begin(0, trajectory, window)
+    for log in trajectory.segments(*window.end(trajectory.cycle)):
+        for observer in (*made, *others):
+            observer.observe(log)
+    for observer in made:
+        observer.finish(trajectory.status == FINISHED)
+    return [(v, observer.arrays[v.name][0]) for observer in made for v in observer.variables]
 
 
 class _StoppedError(Exception):

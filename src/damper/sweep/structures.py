@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from damper.observers import make_observers, observer_class
 from damper.parameters.lazy import xr
 from damper.parameters.masses import listed, own_values
 from damper.parameters.names import OF_A_MASS_STRUCTURE
@@ -18,6 +19,7 @@ from damper.parameters.run import RunSettings
 from damper.parameters.structural import StructureParameters
 from damper.parameters.structure_results import MOST_POINTS, VARIABLES
 from damper.parameters.tables import WALL_TABLES
+from damper.parameters.variables import SI_UNITS
 from damper.sweep.cube import described
 from damper.sweep.progress import Progress
 
@@ -31,7 +33,7 @@ def measured_grid(
     engine: Mapping[str, Any] | None = None,
     state: Any = None,
     progress: Progress | None = None,
-    lyapunov: Mapping[str, Any] | None = None,
+    observers: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> dict[str, np.ndarray]:
     """Measure runs at all combinations of values, which are checked before any of them starts.
 
@@ -43,7 +45,7 @@ def measured_grid(
     points = [parameters.having(place) if place else parameters for place in places]
     found = []
     for done, point in enumerate(points, 1):
-        found.append(measured(point, cycles, samples, history, state, engine, lyapunov))
+        found.append(measured(point, cycles, samples, history, state, engine, observers))
         if progress:
             progress(done, len(points))
     shape = tuple(map(len, axes.values()))
@@ -78,7 +80,7 @@ def simulate_structure(
     run: Mapping[str, Any],
     state: Any = None,
     progress: Progress | None = None,
-    lyapunov: Mapping[str, Any] | None = None,
+    observers: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> xr.Dataset:
     """Measure every combination of the given values, as `damper.simulate` for a structure.
 
@@ -93,8 +95,8 @@ def simulate_structure(
         Start of every run.
     progress : callable, optional
         Called with the number of points done, and of all.
-    lyapunov : mapping, optional
-        Settings of the observer `lyapunov`, if its exponents are wanted.
+    observers : mapping of str to settings, optional
+        Those of `damper.simulate` that know structures; they observe every free mass.
 
     Raises
     ------
@@ -125,7 +127,8 @@ def simulate_structure(
     begun = 0.0 if state is None else state.time
     cycles = settings.cycles(parameters.cycle, parameters.forcing.end - begun)
     engine = {"accuracy": settings.accuracy, "max_events": settings.max_events}
-    more = {"engine": engine, "state": state, "progress": progress, "lyapunov": lyapunov}
+    watching = _of_all_masses(observers or {}, len(parameters.each))
+    more = {"engine": engine, "state": state, "progress": progress, "observers": watching}
     arrays = measured_grid(parameters, axes, cycles, **more)
     units = {name: parameters.quantity_of(name).units for name in axes}
     attributes = {
@@ -138,16 +141,28 @@ def simulate_structure(
     }
     along = {n: (values, units[n], parameters.words_of(n)) for n, values in axes.items()}
     cube = structure_cube(arrays, along, [*parameters.structure.points], attributes)
-    return cube if lyapunov is None else cube.assign(_exponents_in(arrays, tuple(axes)))
+    written = [v for one in make_observers(watching) for v in one.variables]
+    written = [replace(v, units=SI_UNITS.get(v.units, v.units)) for v in written]
+    return cube.assign({v.name: described(v, arrays[v.name], tuple(axes), True) for v in written})
 
 
-def _exponents_in(arrays: Mapping[str, np.ndarray], axes: tuple[str, ...]) -> dict[str, Any]:
-    """Exponents of a grid, with what is declared of them; speeds in m/s."""
-    from damper.observers.lyapunov import Lyapunov
-
-    declared = {v.name: v for v in Lyapunov.variables}
-    declared["slowest_impact"] = replace(declared["slowest_impact"], units="m/s")
-    return {name: described(v, arrays[name], axes) for name, v in declared.items()}
+def _of_all_masses(
+    observers: Mapping[str, Mapping[str, Any] | None], count: int
+) -> dict[str, dict[str, Any]]:
+    """Settings of observers of single masses, which see every one of so many."""
+    every, found = list(range(count)), {}
+    for name, given in observers.items():
+        settings = dict(given or {})
+        if (
+            "bodies" in observer_class(name).settings
+            and settings.setdefault("bodies", every) != every
+        ):
+            raise ValueError(
+                f"{name}.bodies = {settings['bodies']!r}: on a structure each mass is observed; "
+                "leave it out"
+            )
+        found[name] = settings
+    return found
 
 
 #: Arguments of `damper.SIParameters` for a structure.

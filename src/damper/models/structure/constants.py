@@ -107,7 +107,7 @@ class OnStructure(NamedTuple):
     @property
     def features(self) -> tuple[str, ...]:
         """Features of the masses, by their names in `damper.parameters.models`."""
-        return ("structure",)
+        return ("structure", "several") if self.number > 1 else ("structure",)
 
 
 class StructureSegment(NamedTuple):

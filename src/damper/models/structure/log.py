@@ -4,7 +4,8 @@ import numpy as np
 
 from damper.engine import model as declared
 from damper.engine import segment as columns
-from damper.engine.compiled import compiled, compiled_apart
+from damper.engine.compiled import compiled, compiled_apart, plain
+from damper.engine.forcing import is_odd
 from damper.engine.segment import (
     COLUMNS,
     FLIGHT,
@@ -13,6 +14,7 @@ from damper.engine.segment import (
     write_segment,
 )
 from damper.engine.tuples import changed, made_of
+from damper.models.flights import has_mirror
 from damper.models.several.log import OF_BODY, first_to_tell
 from damper.models.structure.constants import (
     ACCUMULATION,
@@ -32,6 +34,7 @@ from damper.models.structure.constants import (
     OnStructure,
     StructureSegment,
     box_at,
+    mass_in,
     size_of,
 )
 
@@ -66,6 +69,19 @@ def _primary_in(model, state):
 @declared.count_masses.register(OnStructure)
 def _count_masses(model):
     return len(model.masses)
+
+
+@declared.view_of_mass.register(OnStructure)
+def _view_of_mass(model, body):
+    return model._replace(clearance=plain(mass_in)(model.masses, body).clearance)
+
+
+@has_mirror.register(OnStructure)
+def _has_mirror(model):
+    each = [plain(mass_in)(model.masses, k) for k in range(len(model.masses))]
+    alike = all(m.left == m.right and m.left_table == m.right_table for m in each)
+    # Under gravity the force has a weight beside it, so it is not odd.
+    return alike and plain(is_odd)(model.forcing)
 
 
 @declared.log_of_mass.register(OnStructure)

@@ -6,22 +6,21 @@ from typing import Any
 
 import numpy as np
 
-from damper.engine.compiled import plain
 from damper.engine.loop import FINISHED
-from damper.engine.model import log_of_mass, read_segment
+from damper.engine.model import count_masses
 from damper.engine.terminal import saying
 from damper.engine.trajectory import Trajectory
 from damper.models import model_of
-from damper.observers.common.base import since
-from damper.observers.motion import COUNTS, ObservedMotion, count_event, in_words
+from damper.observers.common.base import Window
+from damper.observers.motion import in_words
 from damper.parameters import State
-from damper.parameters.models import MODELS, require_model
+from damper.parameters.models import MODELS, models_of, require_model
 from damper.parameters.names import unknown_name
 from damper.parameters.quantity import real, whole
 from damper.sweep.estimate import MOST_PERIODS
 from damper.sweep.orbits.arcs import state_of, vector
 from damper.sweep.orbits.periodic import PeriodicOrbit
-from damper.sweep.runs import run_points
+from damper.sweep.runs import observed
 
 #: Distance, over the size of the primary's motion, at which a run is back on the orbit.
 _BACK = 1e-5
@@ -34,8 +33,6 @@ _LARGEST, _MOST = 10.0, 1000
 _MOMENTS = 1000
 #: Smallest part of a size to which it can be bisected: smaller ones are roundoff.
 _FINEST = 1e-12
-#: Largest change over the period of a motion on a structure, over its largest component.
-_REPEATS = 1e-6
 #: Forcing periods that a run may wander before it settles.
 _WANDER = 1000
 #: Longest period of a motion that a run may settle on.
@@ -274,60 +271,19 @@ class _Shocks:
 
     def _ends_in(self, size: float, k: int, direction: int) -> str:
         """The motion that a run after a shock ends in, in words; of several masses that of each."""
-        p = self.orbit.parameters.dimensionless
-        count = len(p.each)
-        if p.model == "structure":
-            return self._ends_on_structure(size, k, direction)
-        bodies = {} if p.masses is None else {"bodies": range(count)}
-        found, _ = run_points(
-            [self.orbit.parameters.given],
-            {"motion": {"longest": _LONGEST, **bodies}},
-            state=self.after(size, k, direction),
-            # Twice as long: a run that barely leaves passes an unstable motion.
-            transient=2 * self.leaves(size, k, direction),
-            periods=2 * _LONGEST + 2,
-        )
-        if found["status"][0]:
-            return "the run stopped early"
-        each = {v.name: np.ravel(found[v.name]) for v in ObservedMotion.variables}
-        every = ({name: of[k] for name, of in each.items()} for k in range(count))
-        return _of_masses([*map(in_words, every)])
-
-    def _ends_on_structure(self, size: float, k: int, direction: int) -> str:
-        """As `_ends_in`; the words say nothing of symmetry."""
-        start, (periods, time) = self.after(size, k, direction), self._place(k)
-        periods += 2 * self.leaves(size, k, direction)
-        trajectory, states = Trajectory(self.model, start), []
-        for cycle in range(2 * _LONGEST + 1):
-            trajectory.skip(periods + cycle, time)
-            states.append(vector(trajectory.state_at(periods + cycle, time)))
+        several = "several" in models_of(self.model)
+        bodies = range(count_masses(self.model)) if several else ()
+        trajectory = Trajectory(self.model, self.after(size, k, direction))
+        periods, time = trajectory.start
+        # Twice as long: a run that barely leaves passes an unstable motion.
+        settled = periods + 2 * self.leaves(size, k, direction)
+        window = Window(settled, time, 2 * _LONGEST + 2)
+        wanted = {"motion": {"longest": _LONGEST, "bodies": bodies}}
+        found = {v.name: array for v, array in observed(trajectory, window, wanted)}
         if trajectory.status != FINISHED:
             return "the run stopped early"
-        near, last = _REPEATS * abs(np.array(states)).max(), states[-1]
-        repeats = (n for n in range(1, _LONGEST + 1) if abs(last - states[-1 - n]).max() <= near)
-        period = next(repeats, 0)
-        trajectory, end = Trajectory(self.model, start), periods + 2 * _LONGEST
-        # Twice: a sequence that completes may have begun before.
-        trajectory.skip(end - 2 * period, time)
-        log = np.concatenate([piece.copy() for piece in trajectory.segments(end, time)])
-        words = []
-        for body in range(len(self.orbit.parameters.dimensionless.each)):
-            counts, before = np.zeros(1, COUNTS), np.zeros(1, COUNTS)
-            for row in log_of_mass(self.model, log, body):
-                s = plain(read_segment)(self.model, row)
-                plain(count_event)(s, counts[0])
-                if since(s, self.model.cycle, end - period, time) < 0.0:
-                    before = counts.copy()
-            names = "impacts_left", "impacts_right", "completions_left", "completions_right"
-            wanted = ("left", "right", "left_complete", "right_complete")
-            found: dict[str, Any] = {
-                f"motion_{name}": int(counts[0][of] - before[0][of])
-                for name, of in zip(names, wanted, strict=True)
-            }
-            words.append(in_words(found | {"motion_period": period, "motion_side": math.nan}))
-        return _of_masses(words)
-
-
-def _of_masses(words: list[str]) -> str:
-    """What each of several masses does."""
-    return words[0] if len(words) == 1 else "; ".join(f"mass {k}: {w}" for k, w in enumerate(words))
+        every = zip(*(np.ravel(array).tolist() for array in found.values()), strict=True)
+        words = [in_words(dict(zip(found, one, strict=True))) for one in every]
+        if len(words) == 1:
+            return words[0]
+        return "; ".join(f"mass {k}: {w}" for k, w in enumerate(words))
