@@ -33,6 +33,11 @@ TABLE: dict[str, Any] = {"mass_ratio": 0.0, "damping_ratio": 0.0, "carrier": "pr
     **{"walls": "left", "gravity": 1.0, "frequency_ratio": 1.0, "force_amplitude": 1.5},
     **{"clearance": 0.0, "restitution": 0.5},
 }
+#: Two masses, each of half the mass, whose walls differ; a support holds the first.
+SUPPORTED = [
+    {"mass_share": 0.5, "support_stiffness_ratio": 0.1, "support_damping_ratio": 0.1},
+    {"mass_share": 0.5, "restitution": 0.4},
+]
 
 
 def expected(scene: Scene) -> Iterator[dict[str, Any]]:
@@ -122,12 +127,16 @@ def test_impacts_on_a_wall_that_draws_away_have_no_prediction() -> None:
         {"modulation_depth": 0.5, "gravity": 0.03},
         {"mass_ratio": math.inf},
         TABLE,
+        {"masses": [{}]},
+        {"masses": [{"mass_share": 0.5}] * 2},
+        {"masses": SUPPORTED, "gravity": 0.01},
     ],
     ids=str,
 )
 def test_predictions_of_other_dampers(values: dict[str, Any]) -> None:
     """Of the second order, with what a force, a support or gravity does to both masses."""
-    found, _ = run_points([SLOW | values], ["accumulation"], transient=1, periods=5)
+    bodies = {"bodies": range(len(values.get("masses", ())))}
+    found, _ = run_points([SLOW | values], {"accumulation": bodies}, transient=1, periods=5)
     exact = found["remaining_time"]
     known = (found["prediction_error_estimate"] < 1e-2) & (exact > 1e-4)
     assert known.sum() > 10

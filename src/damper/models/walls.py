@@ -101,6 +101,18 @@ def centre(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
     """Travel and velocity of both masses' centre, a time `tau` after a contact's start."""
 
 
+@by_class_or_default
+def alone(model: Any, segment: Segment) -> tuple:
+    """The damper of the free mass of a segment alone, its segment, and the start of its flight."""
+    return model, segment, begin(model, segment)
+
+
+@by_class_or_default
+def travel_together(model: Any, segment: Segment, tau: float) -> float:
+    """Displacement, in a time, of all that moves together once the mass of a segment sticks."""
+    return centre(model, segment, tau)[0]
+
+
 def have_rigid_walls(kind: type) -> None:
     """Let a model answer as one with rigid walls; what it implements itself afterwards replaces."""
     declared.initial_segment.of(kind)(initial_segment_of)

@@ -12,14 +12,14 @@ import numpy as np
 
 from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import repeats
-from damper.engine.impact import ConstantRestitution, law_at
-from damper.engine.model import begin
+from damper.engine.impact import law_at, restitution_change
+from damper.engine.model import columns_of, read_segment
 from damper.engine.roundoff import EPSILON
-from damper.engine.segment import COLUMNS, IMPACT, STICK, TAIL, segment_at, write_segment
+from damper.engine.segment import IMPACT, STICK, TAIL, segment_at
 from damper.engine.trajectory import Trajectory
-from damper.models.walls import time_to_accumulation
+from damper.models.walls import alone, time_to_accumulation
 from damper.observers.common.base import Observer, Window, fields_of, record_type, since
-from damper.observers.common.settings import Setting
+from damper.observers.common.settings import BODIES, Setting
 from damper.parameters.variables import LENGTH, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import TIME as TIME_UNIT
@@ -71,6 +71,9 @@ _STATE = record_type("wall", "impacts", "error", "complete")
 # Walls: no burst under way; nothing read yet.
 _NONE, _UNKNOWN = 0.0, 3.0
 
+#: Speed beyond those of all impacts.
+_FAST = 1e100
+
 
 class Accumulation(Observer):
     """Complete bursts between rigid walls beside theory: what is left after each impact.
@@ -78,10 +81,11 @@ class Accumulation(Observer):
     Raises
     ------
     ValueError
-        When a run has friction or several masses, no constant restitution, or no smooth force.
+        When a run has friction, no constant restitution, or no smooth force.
     """
 
-    models = MODELS
+    models = (*MODELS, "several")
+    bodies = BODIES
     bursts = Setting(
         20,
         "Most complete bursts of each run to use, the first ones of the window.",
@@ -113,7 +117,8 @@ class Accumulation(Observer):
         """Start on a run."""
         super().begin(run, trajectory, window)
         model = trajectory.model
-        if type(plain(law_at)(model.law, 1.0)) is not ConstantRestitution:
+        laws = (plain(law_at)(model.law, side) for side in (-1.0, 1.0))
+        if any(plain(restitution_change)(law, _FAST) != 0.0 for law in laws):
             raise ValueError("accumulation: its formulas are those of a constant restitution")
         if not plain(repeats)(model.free.forcing):
             raise ValueError(
@@ -123,7 +128,7 @@ class Accumulation(Observer):
         self._state = np.zeros(1, _STATE)
         self._state["wall"] = _UNKNOWN
         # Segments that the burst's impacts begin, until it is complete.
-        self._kept = np.empty((self.impacts, COLUMNS))
+        self._kept = np.empty((self.impacts, columns_of(model)))
         self._of_bursts = np.full(self.bursts, np.nan, _BURST)
         self._of_impacts = np.full((self.bursts, self.impacts), np.nan, _IMPACT)
 
@@ -171,10 +176,11 @@ def _follow(model, log, window, states, kept, of_bursts, of_impacts):
             if state.impacts < 0.0:
                 continue
             if state.impacts < len(kept):
-                write_segment(kept[int(state.impacts)], s, s.duration)
+                kept[int(state.impacts)] = log[index]
             state.impacts += 1.0
             if s.mode == TAIL:
-                _, state.error = time_to_accumulation(model, s, begin(model, s))
+                view, own, start = alone(model, read_segment(model, log[index]))
+                _, state.error = time_to_accumulation(view, own, start)
 
 
 @compiled
@@ -188,7 +194,7 @@ def _close(model, end, state, kept, burst, of_impacts):
     burst.accumulation_displacement_uncertainty = abs(end.v) * error + 2.0 * EPSILON * abs(end.x)
     for k in range(min(int(state.impacts), len(kept))):
         s = segment_at(kept[k])
-        found = predict_rest(model, s)
+        found = predict_rest(model, read_segment(model, kept[k]))
         impact = of_impacts[k]
         impact.rebound_speed = s.gap_rate
         impact.remaining_time = since(end, model.cycle, s.periods, s.time)

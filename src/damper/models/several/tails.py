@@ -8,6 +8,7 @@ import numpy as np
 from damper.engine.bodies import WeightedSum
 from damper.engine.compiled import compiled
 from damper.engine.dispatch import by_class
+from damper.engine.oscillator import advance
 from damper.engine.search import GAVE_UP, EventPoint, first_root
 from damper.engine.segment import (
     FLIGHT,
@@ -20,6 +21,7 @@ from damper.engine.segment import (
     Segment,
 )
 from damper.engine.tuples import changed
+from damper.models import walls
 from damper.models.flights import completes, completes_rubbing, first_wall, gap_of
 from damper.models.masses import NoFriction, Rigid
 from damper.models.masses.holds import Hold, first_stop, hold_at_start
@@ -338,6 +340,35 @@ def _is_undisturbed(model, s, start, k, chatter):
         if found.side != 0.0 and found.tau <= left:
             return False
     return True
+
+
+@walls.alone.of(Several)
+def _alone(model, segment):
+    """Masses that have left the same wall at the same speed, just now, count as one."""
+    s, k = segment, int(segment.body)
+    ratio, b = 0.0, body_in(s.bodies, k)
+    for j in range(len(s.bodies)):
+        c = body_in(s.bodies, j)
+        leaves = c.mode == TAIL or c.mode == FLIGHT
+        if leaves and c.gap == 0.0 and c.side == b.side and c.rate == b.rate:
+            ratio += float(model.masses[j, RATIO])
+            s.bodies[j, MODE] = FLIGHT
+    m, start = mass_at(model, k), begin(model, s)
+    view = single_mass_view(model.single, m, start, ratio, b.side, 0.0)
+    seg = segment_of(b, start)
+    return view, seg, flight_of(view.mass, start, view, seg)
+
+
+@walls.travel_together.of(Several)
+def _travel_together(model, segment, tau):
+    s, k = segment, int(segment.body)
+    side, rate = s.bodies[k, SIDE], s.bodies[k, RATE]
+    for j in range(len(s.bodies)):
+        b = s.bodies[j]
+        if b[MODE] == FLIGHT and b[GAP] == 0.0 and b[SIDE] == side and b[RATE] == rate:
+            b[MODE] = TAIL
+    start = begin(model, s)
+    return advance(start.osc, start.primary, tau)[0]
 
 
 @compiled
