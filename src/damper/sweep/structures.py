@@ -80,7 +80,7 @@ def simulate_structure(
     run: Mapping[str, Any],
     state: Any = None,
     progress: Progress | None = None,
-    observers: Mapping[str, Mapping[str, Any]] | None = None,
+    observers: Mapping[str, Mapping[str, Any] | None] | None = None,
 ) -> xr.Dataset:
     """Measure every combination of the given values, as `damper.simulate` for a structure.
 
