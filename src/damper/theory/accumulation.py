@@ -5,10 +5,10 @@ gap), the infinitely many bounces that follow take
 
     T1 = 2 w / (a (1 - r))
     T2 = T1 + (4/3) j w^2 / (a^3 (1 - r)^2) - 4 z r w^2 / (a^2 (1 - r)^2)
-    z = (zeta mu + zeta2) / (1 + mu)
+    z = (zeta mu + zeta2 / mu) / (1 + mu)
 
-with errors O(w^2) and O(w^3): `damper.engine.accumulation.accumulation_times`. zeta2 is the damping
-of a support of the free mass. A free mass that varies has its mu at the impact: the change enters
+with errors O(w^2) and O(w^3): `damper.engine.accumulation.accumulation_times`. zeta2 is the
+`support_damping_ratio`. A free mass that varies has its mu at the impact: the change enters
 with O(w^3). The pair's centre of mass moves as if the masses stuck already, up to O(w^3): from x
 with the common velocity V = (x' + mu y') / (1 + mu). T1 is what Nordmark and Piiroinen (2009) take:
 their 2 r v / (a (1 - r)), v = w / r. Derivation: docs/theory.md.
