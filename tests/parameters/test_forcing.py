@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import pyuff
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
@@ -199,7 +200,25 @@ FORMATS: dict[str, list[tuple[str, Any, dict[str, Any], str]]] = {
         ("wav", np.array([16384, -8192], np.int16), {"factor": 4}, "of 2 samples a second"),
         ("wav", np.array([[0, 2], [7, -1]], np.float32), {"columns": 1}, "full scale is 1 m/s2"),
     ],
+    "universal file (`.uff`, `.unv`)": [
+        ("uff", [("m/s^2", [2.0, -1.0])], {}, "time response 0 of a universal file"),
+        ("unv", [("NONE", [7.0, 5.0]), ("mm/s^2", [2e3, -1e3])], {"columns": 1}, "in mm/s^2"),
+    ],
 }
+
+
+def write_responses(path: Path, made: list[tuple[str, list[float]]]) -> None:
+    """Write time responses, two samples a second, as a measuring system does."""
+    numbers = ("spec_data_type", "len_unit_exp", "force_unit_exp", "temp_unit_exp")
+    axes = ("abscissa", "ordinate", "orddenom", "z_axis")
+    about: dict[str, Any] = {f"{axis}_{name}": 0 for axis in axes for name in numbers}
+    about |= {f"{axis}_axis_units_lab": "NONE" for axis in axes} | {"type": 58, "binary": 0}
+    about |= {"func_type": 1, "rsp_node": 1, "rsp_dir": 1, "ref_node": 1, "ref_dir": 1}
+    for unit, values in made:
+        samples = {"num_pts": len(values), "x": np.array([0.0, 0.5]), "data": np.array(values)}
+        samples |= {"ord_data_type": 4, "abscissa_spacing": 1, "abscissa_inc": 0.5}
+        samples |= {"abscissa_min": 0.0, "ordinate_axis_units_lab": unit}
+        pyuff.UFF(str(path)).write_sets(about | samples, "add")
 
 
 @pytest.mark.parametrize("row", FORMATS)
@@ -213,6 +232,8 @@ def test_each_format_of_the_documents_is_read(tmp_path: Path, row: str) -> None:
             savemat(path, made)
         elif suffix == "wav":
             wavfile.write(path, 2, made)
+        elif suffix in ("uff", "unv"):
+            write_responses(path, made)
         else:
             path.write_text(made, encoding="utf-8")
         found = Record.read(path, of="base_acceleration", **how)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import pyuff
 import scipy.io
 import scipy.sparse
 
@@ -85,7 +86,6 @@ def test_mistakes_in_matrices_name_the_file(tmp_path):
 
 
 def test_the_document_reads_a_universal_file(tmp_path, monkeypatch):
-    pyuff = pytest.importorskip("pyuff")
     monkeypatch.chdir(tmp_path)
     file_of_modes = pyuff.UFF("beam.uff")
     nothing = np.zeros(2)

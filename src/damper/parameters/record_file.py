@@ -76,7 +76,7 @@ class Reading(NamedTuple):
     ----------
     columns : tuple of str or int, optional
         Columns, or variables, of time and value; with `step` that of the value; channel of a WAV
-        file.
+        file, number of a time response in a universal file.
     delimiter : str, optional
         Separator of the columns of text.
     step : float, optional
@@ -102,7 +102,7 @@ class Samples(NamedTuple):
 
 
 def read_samples(path: str | os.PathLike[str], units: tuple[str, str], how: Reading) -> Samples:
-    """Read times and values from a file of CSV, PEER (AT2), MATLAB or WAV.
+    """Read times and values from a file of CSV, PEER (AT2), MATLAB, WAV or UFF.
 
     Times and values are in `units`, into which multiples that the file names, such as ms or g, are
     converted.
@@ -113,7 +113,7 @@ def read_samples(path: str | os.PathLike[str], units: tuple[str, str], how: Read
         With the file, the line, and what is wrong in it.
     """
     suffix = Path(path).suffix.lower()
-    kind = {".wav": "WAV", ".mat": "MATLAB"}.get(suffix, "")
+    kind = {".wav": "WAV", ".mat": "MATLAB", ".uff": "UFF", ".unv": "UFF"}.get(suffix, "")
     if not kind:
         text = _text(path)
         head = b"\n".join(text.split(b"\n", _AT2_LINES)[:_AT2_LINES]).decode()
@@ -122,7 +122,7 @@ def read_samples(path: str | os.PathLike[str], units: tuple[str, str], how: Read
     for name in _NOT_OF[kind]:
         if getattr(how, name) is not None:
             raise ValueError(f"{path}: a {kind} file has no use for {name}: must be left out")
-    if kind != "WAV" and how.columns and len(how.columns) == 1 and how.step is None:
+    if kind not in ("WAV", "UFF") and how.columns and len(how.columns) == 1 and how.step is None:
         raise ValueError(
             f"{path}: columns = {how.columns!r}: must be those of time and value, or `step` has to "
             "say the time between samples"
@@ -133,7 +133,8 @@ def read_samples(path: str | os.PathLike[str], units: tuple[str, str], how: Read
             "`step` left out"
         )
     if kind:
-        return {"WAV": _wave, "MATLAB": _matlab, "PEER": _peer}[kind](path, units, how)
+        readers = {"WAV": _wave, "MATLAB": _matlab, "PEER": _peer, "UFF": _universal}
+        return readers[kind](path, units, how)
     file = RecordFile(path, units, how.columns, how.delimiter, how.step, how.factor)
     times, values = file.samples
     return Samples(times, values, file.unit, file.found, file.line_of)
@@ -143,6 +144,7 @@ def read_samples(path: str | os.PathLike[str], units: tuple[str, str], how: Read
 _NOT_OF = {
     "": (),
     "WAV": ("delimiter", "step"),
+    "UFF": ("delimiter", "step"),
     "MATLAB": ("delimiter",),
     "PEER": ("columns", "delimiter", "step"),
 }
@@ -528,6 +530,42 @@ def _wave(path: Any, units: tuple[str, str], how: Reading) -> Samples:
     factor = 1.0 if how.factor is None else how.factor
     found = f"a WAV file of {rate} samples a second, whose full scale is {factor:g} {units[1]}"
     return Samples(np.arange(len(samples)) / rate, samples * (factor / size), "", found)
+
+
+def _universal(path: Any, units: tuple[str, str], how: Reading) -> Samples:
+    """Read a time response (dataset 58 of function type 1) of a universal file."""
+    try:
+        import pyuff
+    except ImportError:
+        raise ValueError(f"{path}: reading it needs pyuff (pip install pyuff)") from None
+    contents(path)  # an error of the system where there is no such file
+    try:
+        file = pyuff.UFF(os.fspath(path))
+        sets = [file.read_sets(k) for k, kind in enumerate(file.get_set_types()) if kind == 58]
+    # Of all classes, as its readers meet what they do not expect.
+    except Exception as error:
+        raise ValueError(f"{path}: not a universal file: {error}") from None
+    responses = [each for each in sets if each["func_type"] == 1]
+    if not responses:
+        raise ValueError(f"{path}: has no time response (dataset 58 of function type 1)")
+    number, last = (how.columns or (0,))[0], len(responses) - 1
+    if number not in range(last + 1) or (last and not how.columns):
+        raise ValueError(f"{path}: {last + 1} time responses: columns must be one of 0 to {last}")
+    response, unit, factor = responses[int(number)], units[1], how.factor
+    given = response["ordinate_axis_units_lab"].strip()
+    named = given.upper() not in ("", "NONE")
+    words = [f"time response {number} of a universal file"]
+    if factor is None:
+        factor = _size(given, unit) if named else 1.0
+        if factor is None:
+            raise ValueError(
+                f"{path}: a time response in {given}: must be in {_allowed(unit)}; `factor` may "
+                "give its size"
+            )
+        if factor != 1.0:
+            words.append(_taken("values", given, factor, unit))
+    found = ", ".join(words)
+    return Samples(response["x"], factor * response["data"], unit if named else "", found)
 
 
 def _matlab(path: Any, units: tuple[str, str], how: Reading) -> Samples:

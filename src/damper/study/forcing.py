@@ -90,9 +90,9 @@ class RecordEntry(ForceEntry):
     file: Annotated[
         Text | None,
         Field(
-            description="File of CSV (one sample a line), PEER (AT2), MATLAB or WAV, relative to "
-            "the folder of the study's file; it may name columns and units. Not with time "
-            "and value."
+            description="File of CSV (one sample a line), PEER (AT2), MATLAB, WAV or UFF, relative "
+            "to the folder of the study's file; it may name columns and units. Not with time and "
+            "value."
         ),
     ] = None
 
