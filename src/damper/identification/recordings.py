@@ -198,7 +198,7 @@ def read_recording(
     factor: float | None = None,
     **about: Any,
 ) -> Recording:
-    """Read a record from a CSV, PEER (`.AT2`), `.mat` or `.wav` file.
+    """Read a record from a CSV, PEER (`.AT2`), `.mat`, `.wav` or universal (`.uff`) file.
 
     Parameters
     ----------
@@ -206,6 +206,7 @@ def read_recording(
         CSV: columns of time and value, or of times alone; their heads may have units, of which
         multiples such as ms, mm or g are converted. MATLAB file (up to version 7): two variables.
         WAV: samples; where `kind` is "impacts", the onsets of sounds in it, `blank` apart or more.
+        Universal file, with pyuff: a time response, by its number in `columns`.
     kind, **about
         As `Recording`.
     columns : two of str or int, optional

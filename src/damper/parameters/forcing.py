@@ -441,7 +441,7 @@ class Record(_Sampled):
         step: float | None = None,
         factor: float | None = None,
     ) -> "Record":
-        """Read a record from a file of CSV (one sample a line), PEER (AT2), MATLAB or WAV.
+        """Read a record from a file of CSV (one sample a line), PEER (AT2), MATLAB, WAV or UFF.
 
         A process reads a file once; `layout` describes what was found in it: columns and
         separators, and units that are converted.
@@ -455,7 +455,7 @@ class Record(_Sampled):
             refused. Text is in UTF-8, or in UTF-16 with its mark.
         columns : (str or int, str or int), optional
             Those of time and value, where there are more than these two: their names, or numbers
-            that count from 0. With `step`, and of the channels of a WAV file, one alone.
+            that count from 0. With `step`, and of a WAV or universal file, one alone.
         of, after : str
             As for `Record`.
         delimiter : str, optional
