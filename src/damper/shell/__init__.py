@@ -320,9 +320,9 @@ def identify(
 ) -> None:
     """Find unknown quantities of a damper in RECORDS of it.
 
-    RECORDS are CSV, MATLAB, WAV or UFF files of one kind; others, and what is known of each, stand in
-    the machine's file under `records`. With --output a page, its figure, CSV files and studies are
-    written.
+    RECORDS are CSV, MATLAB, WAV or UFF files of one kind; others, and what is known of each, stand
+    in the machine's file under `records`. With --output a page, its figure, CSV files and studies
+    are written.
 
     \b
     damper identify decay.csv --free r,d,friction --machine frame.yaml
