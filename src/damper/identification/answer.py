@@ -122,8 +122,8 @@ def identify(
 ) -> Identification:
     """Find unknown quantities of a damper by least squares on exact runs.
 
-    The derivatives are the engine's own; by what it has none of, differences, which the answer
-    says. Fits begin from many starts and go from short windows of the records to the whole.
+    Fits begin from many starts and go from short windows of the records to the whole. The last fit
+    has the engine's own derivatives; by what it has none of, differences, which the answer says.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ def _answer(fitter: Fitter, fit: Fit, assumed: list[str]) -> Identification:
     # The profile may have found a lower place.
     cost, point = min(fitter.tried, key=lambda one: one[0])
     if cost < fit.cost * (1.0 - 1e-6):
-        fit = fitter.exact(fitter.fit(point, 1.0, 40))
+        fit = fitter.exact(point)
         errors = np.sqrt(np.diag(fit.covariance))
     low, high = fitter.reach(fit, most, others)
     labels = [unknown.label for unknown in unknowns]

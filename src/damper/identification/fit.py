@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -186,8 +186,7 @@ class Fitter:
 
     def best(self) -> Fit:
         """Return the best fit of all rounds of starts."""
-        # Thousands of short runs: compiled ones, and without those of the derivatives.
-        self.problem.rough = True
+        # Thousands of short runs: compiled ones, with differences for derivatives.
         begin, found = 0, list[Fit]()
         with compiling():
             for number, (count, kept) in enumerate(_ROUNDS):
@@ -202,9 +201,7 @@ class Fitter:
                 doubts = min(best.chance, self.in_part) < _DOUBT or best.excess(_DOUBT)
                 if self.again and not doubts:
                     break
-        self.problem.rough = False
-        best = self._weighed(best)
-        return self.exact(self.fit(best.point, 1.0, _LAST))
+        return self.exact(self._weighed(best).point)
 
     @property
     def tried(self) -> list[tuple[float, np.ndarray]]:
@@ -245,12 +242,12 @@ class Fitter:
             part *= _GROWS
         return [*parts, 1.0]
 
-    def exact(self, fit: Fit) -> Fit:
-        """Return a fit with derivatives as good as the motion, which tell what data cannot."""
+    def exact(self, point: np.ndarray) -> Fit:
+        """Fit by the engine's own derivatives, which also tell what the data cannot."""
         self.problem.fine = True
-        _, jacobian = self.problem.residuals(fit.point, 1.0, True)
+        fit = self.fit(point, 1.0, _LAST)
         self.problem.fine = False
-        return replace(fit, jacobian=jacobian)
+        return fit
 
     def _weighed(self, fit: Fit) -> Fit:
         """Return the fit with the noise of each kind of record as found."""

@@ -42,9 +42,9 @@ from damper.sweep.orbits.arcs import vector, zero
 
 #: Longest piece between two polynomials, in units of the fastest rate of the motion.
 _PIECE = 12.0
-#: Points of a piece, the fewest, and how many more for each unit of its length: of the motion, to
-#: 1e-9 of its size, and of derivatives, to 1e-5.
-_OF_MOTION, _OF_CHANGES = (8, 1.2), (4, 1.0)
+#: Points of a piece, the fewest, and how many more for each unit of its length: for 1e-9 of the
+#: motion's size.
+_FEWEST, _MORE = 8, 1.2
 #: Events of a run at most: beyond these no record has an impact.
 _MOST_EVENTS = 20_000
 
@@ -106,23 +106,18 @@ class Piece:
     motion: np.ndarray
     """Displacement and velocity, shape (points, 2)."""
     changes: np.ndarray
-    """Their derivatives by each direction at fewer points, shape (points, 2, directions)."""
+    """Their derivatives by each direction, shape (points, 2, directions)."""
     later: np.ndarray | None
     """Derivatives of its start, where an impact begins it."""
 
     def at(self, times: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
         """As `ComputedMotion.at`, between its begin and end."""
         places = (2.0 * times - self.begin - self.end) / (self.end - self.begin)
-        found = []
-        for points in (self.motion, self.changes):
-            if not points.size:
-                found.append(np.empty((len(times), 0)))
-                continue
-            weights = _between(places, len(points))
-            if order == 2:
-                weights = weights @ _slopes(len(points)) * (2.0 / (self.end - self.begin))
-            found.append(weights @ points[:, 1 if order else 0])
-        return found[0], found[1]
+        weights = _between(places, len(self.motion))
+        if order == 2:
+            weights = weights @ _slopes(len(self.motion)) * (2.0 / (self.end - self.begin))
+        which = 1 if order else 0
+        return weights @ self.motion[:, which], weights @ self.changes[:, which]
 
     @property
     def turns(self) -> list[float]:
@@ -189,7 +184,6 @@ def run_motion(
     until: float,
     directions: Mapping[str, Direction],
     sampled: bool = True,
-    fine: bool = False,
     names: Collection[str] = (),
 ) -> ComputedMotion:
     """Run a damper with what small changes of unknowns do to its motion.
@@ -205,8 +199,6 @@ def run_motion(
         By the names of the unknowns.
     sampled : bool, default True
         Whether the displacement is asked for, and not the impacts alone.
-    fine : bool, default False
-        Whether derivatives are as good as the motion.
     names : collection of str, default ()
         Unknowns of the fit: its runs are all of one model, with or without directions.
 
@@ -222,7 +214,7 @@ def run_motion(
     rows = np.concatenate([piece.copy() for piece in trajectory.segments(*end)])
     if trajectory.status != FINISHED:
         raise ValueError(f"more than {_MOST_EVENTS} events until {until:g}")
-    walk = _Walk(parameters, trajectory, tuple(directions.values()), fine)
+    walk = _Walk(parameters, trajectory, tuple(directions.values()))
     for row in rows:
         walk.take(row, sampled)
     require_bounded(trajectory.model, walk.changes)
@@ -237,9 +229,7 @@ class _Walk:
         parameters: Parameters | SIParameters,
         trajectory: Trajectory,
         directions: Sequence[Direction],
-        fine: bool,
     ) -> None:
-        self.of_changes = _OF_MOTION if fine else _OF_CHANGES
         self.units, self.model = parameters.units, trajectory.model
         self.trajectory, self.directions = trajectory, directions
         self.several = trajectory.columns > COLUMNS
@@ -266,17 +256,13 @@ class _Walk:
         if sampled and duration > 0.0:
             length = duration * self.rate
             cuts = np.linspace(0.0, duration, math.ceil(length / _PIECE) + 1)
-            length /= len(cuts) - 1
-            of_motion = _spread(cuts, _OF_MOTION[0] + int(_OF_MOTION[1] * length))
-            if self.directions:
-                of_changes = _spread(cuts, self.of_changes[0] + int(self.of_changes[1] * length))
-                changes = self._over(row, of_changes.ravel())
-                changes = changes.reshape(*of_changes.shape, *self.shape)
-                self.changes = changes[-1, -1]
-            else:
-                changes = np.empty((len(of_motion), 0, *self.shape))
-            self._note(time, row, of_motion, changes, later)
-        elif self.directions:
+            taus = _spread(cuts, _FEWEST + int(_MORE * length / (len(cuts) - 1)))
+            changes = self._over(row, taus.ravel()).reshape(*taus.shape, *self.shape)
+            self.changes = changes[-1, -1]
+            for some, each in zip(taus, changes, strict=True):
+                self._note(time, row, some, each[:, :2], later)
+                later = None
+        else:
             self.changes = self._over(row, np.array([duration]))[0]
         self.begun = True
 
@@ -295,7 +281,9 @@ class _Walk:
 
     def _over(self, row: np.ndarray, taus: np.ndarray) -> np.ndarray:
         """Changes at times after the start of a row: shape (times, components, directions)."""
-        found = np.empty((len(taus), *self.changes.shape))
+        found = np.empty((len(taus), *self.shape))
+        if not self.directions:
+            return found
         together = row[MODE] == FLIGHT and not self.several
         part = row[None].copy()
         if together:  # all directions at once; then what the flow itself changes by
@@ -340,29 +328,21 @@ class _Walk:
         return found
 
     def _note(
-        self, time: float, row: np.ndarray, of_motion: np.ndarray, changes: np.ndarray, later: Any
+        self, time: float, row: np.ndarray, taus: np.ndarray, changes: np.ndarray, later: Any
     ) -> None:
-        """Note displacement and velocity over the pieces of a row, at times and not phases."""
+        """Note displacement and velocity over a piece of a row, at times and not phases."""
         units = self.units
         sizes = np.array([units.length, units.speed])
+        begin, end = (time + units.time * float(tau) for tau in taus[[0, -1]])
+        motion = sizes * self.trajectory.motions_in(row, taus)[:, :2]
         relative = np.array([self.length, self.speed])
-        for taus, each in zip(of_motion, changes, strict=True):
-            motion = self.trajectory.motions_in(row, taus)[:, :2]
-            begin, end = (time + units.time * float(tau) for tau in taus[[0, -1]])
-            if not self.directions:
-                self.motion.pieces.append(Piece(begin, end, motion * sizes, each, None))
-                continue
-            places = _points(len(each))
-            weights = _between(places, len(taus))
-            there = weights @ motion
-            here = sizes[:, None] * (each[:, :2] + there[:, :, None] * relative)
-            if self.cycle.any():
-                # The same phase is at another time.
-                rates = weights @ _slopes(len(taus)) @ (motion * sizes) * (2.0 / (end - begin))
-                times = 0.5 * (begin + end + places * (end - begin))
-                here -= rates[:, :, None] * times[:, None, None] * self.cycle
-            self.motion.pieces.append(Piece(begin, end, motion * sizes, here, later))
-            later = None
+        here = sizes[:, None] * changes + motion[:, :, None] * relative
+        if self.cycle.any():
+            # The same phase is at another time.
+            rates = _slopes(len(taus)) @ motion * (2.0 / (end - begin))
+            times = time + units.time * taus
+            here -= rates[:, :, None] * times[:, None, None] * self.cycle
+        self.motion.pieces.append(Piece(begin, end, motion, here, later))
 
 
 def _spread(cuts: np.ndarray, count: int) -> np.ndarray:

@@ -113,9 +113,8 @@ class RecordedDamper:
     ) -> None:
         self.records, self.known = records, dict(known)
         self.si = is_si(known)
-        #: Whether derivatives are as good as the motion, or all of them differences of runs, which
-        #: take less time and no compilation.
-        self.fine = self.rough = False
+        #: Whether derivatives are the engine's own, or differences of runs, which take less time.
+        self.fine = False
         #: Unknowns that the engine has no derivative by.
         self.differences: set[str] = set()
         named = {"free": free, "starts": starts, "ranges": ranges}
@@ -352,7 +351,7 @@ class RecordedDamper:
                     self.differences.add(name)
                     which.pop()
         sampled = record.is_sampled or record.kind == "peaks"
-        run = run_motion(parameters, state, until, directions, sampled, self.fine, self.free)
+        run = run_motion(parameters, state, until, directions, sampled, self.free)
         return run, which
 
     def start(self, values: Mapping[str, Any], begins: float) -> tuple[Any, State]:
@@ -381,12 +380,12 @@ class RecordedDamper:
         for k, record in enumerate(self.records):
             count = self.count(k, part)
             try:
-                values, changes = self.computed(point, k, count, derivatives and not self.rough)
+                values, changes = self.computed(point, k, count, derivatives and self.fine)
             except ValueError:
                 # No run, such as from outside the box: worse than any.
                 values = record.values[:count] + _IMPOSSIBLE * self.noise[k]
                 changes = np.zeros((count, len(point)))
-            if derivatives and (self.rough or self.differences):
+            if derivatives and (self.differences or not self.fine):
                 self._by_differences(point, k, values, changes)
             shown = ~np.isnan(values)
             missed = np.nan_to_num(values - record.values[:count])
@@ -406,7 +405,7 @@ class RecordedDamper:
         for j, unknown in enumerate(self.unknowns):
             if unknown.name in OF_RECORD or unknown.record not in (None, k):
                 continue
-            if not (self.rough or unknown.name in self.differences):
+            if self.fine and unknown.name not in self.differences:
                 continue
             step = _DIFFERENCE * (abs(point[j]) or 1.0)
             step *= -1.0 if point[j] + step > unknown.allowed[1] else 1.0
