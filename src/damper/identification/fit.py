@@ -12,6 +12,7 @@ import numpy as np
 
 from damper.engine.compiled import compiling
 from damper.identification.problem import OF_RECORD, RecordedDamper
+from damper.identification.recordings import Recording
 
 #: First part of the records that is fitted, and by what the next ones grow.
 _FIRST, _GROWS = 0.125, 1.3
@@ -106,13 +107,10 @@ class Fit:
                 found.append((float(value), np.flatnonzero(abs(row) > _NAMED).tolist()))
         return found
 
-    def each(self) -> Iterator[tuple[int, np.ndarray]]:
-        """Number and residuals of each record."""
-        begin = 0
-        for k, record in enumerate(self.problem.records):
-            some = self.residuals[begin : begin + len(record.times)]
-            begin += len(record.times)
-            yield k, some[some != 0.0]
+    @property
+    def each(self) -> list[np.ndarray]:
+        """Residuals of each record."""
+        return [some[some != 0.0] for some in _of_each(self.problem.records, self.residuals)]
 
     @cached_property
     def chance(self) -> float:
@@ -123,7 +121,7 @@ class Fit:
         from scipy.stats import chi2
 
         least = 1.0
-        for _, some in self.each() if self.variance > _EXACT else ():
+        for some in self.each if self.variance > _EXACT else ():
             count, lags = len(some), np.arange(1, min(_LAGS, len(some) // 4) + 1)
             if lags.size and (power := float(some @ some)):
                 parts = np.array([some[lag:] @ some[:-lag] for lag in lags]) / power
@@ -141,14 +139,13 @@ class Fit:
 
         found = {}
         share = self.freedom / (self.freedom + len(self.point))
-        for k, some in self.each():
-            record, size = self.problem.records[k], self.problem.noise[k]
+        for k, (some, record) in enumerate(zip(self.each, self.problem.records, strict=True)):
             if record.own_noise and len(some):
                 noise, known = record.own_noise
                 # Samples that an impact hides have no part in the sum, but in its weight.
                 power = float(some @ some) * len(some) / len(record.times)
                 freedom = max(share * len(some), 1.0)
-                rms = size * math.sqrt(power / freedom)
+                rms = self.problem.noise[k] * math.sqrt(power / freedom)
                 most = noise * math.sqrt(f.isf(chance, freedom, min(known, 1e9)))
                 if rms > max(most, math.sqrt(_EXACT) * self.problem.size(k)):
                     found[record.label] = rms / noise if noise else math.inf
@@ -211,12 +208,8 @@ class Fitter:
 
     def _keep(self, residuals: np.ndarray, point: np.ndarray) -> None:
         """Keep what was tried on the whole records, whatever their noise turns out to be."""
-        sums, begin = [], 0
-        for record, noise in zip(self.problem.records, self.problem.noise, strict=True):
-            some = residuals[begin : begin + len(record.times)]
-            begin += len(record.times)
-            sums.append(float(some @ some) * noise**2)
-        self.sums.append((np.array(sums), point))
+        sums = [some @ some for some in _of_each(self.problem.records, residuals)]
+        self.sums.append((sums * np.array(self.problem.noise) ** 2.0, point))
 
     def _chance_in_part(self, fit: Fit) -> float:
         """Chance of white noise to make the rest of the records fit as much worse than a window.
@@ -254,9 +247,9 @@ class Fitter:
         records, problem = self.problem.records, self.problem
         for _ in range(3 if len({record.kind for record in records}) > 1 else 0):
             sums: dict[str, list[np.ndarray]] = {}
-            for k, some in fit.each():
-                if records[k].noise is None:
-                    sums.setdefault(records[k].kind, []).append(some * problem.noise[k])
+            for record, noise, some in zip(records, problem.noise, fit.each, strict=True):
+                if record.noise is None:
+                    sums.setdefault(record.kind, []).append(some * noise)
             share = fit.freedom / (fit.freedom + len(fit.point))
             for k, record in enumerate(records):
                 if record.noise is None and (found := np.concatenate(sums[record.kind])).size:
@@ -430,6 +423,11 @@ class Fitter:
                 end[j] = way * max(way * end[j], way * far)
             ends.append(end)
         return np.maximum(ends[0], self.bounds[0]), np.minimum(ends[1], self.bounds[1])
+
+
+def _of_each(records: Sequence[Recording], values: np.ndarray) -> list[np.ndarray]:
+    """Values of all records, as those of each."""
+    return np.split(values, np.cumsum([len(record.times) for record in records])[:-1])
 
 
 def _step(j: int, count: int) -> float:

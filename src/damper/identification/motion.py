@@ -17,14 +17,11 @@ from numpy.polynomial import chebyshev
 
 from damper.engine.forcing import rate_of
 from damper.engine.loop import FINISHED
-from damper.engine.model import read_segment
 from damper.engine.segment import (
     CAUSE,
     COLUMNS,
     DURATION,
-    FLIGHT,
     IMPACT,
-    MODE,
     PERIODS,
     SIDE,
     SPEED,
@@ -33,9 +30,10 @@ from damper.engine.segment import (
 from damper.engine.trajectory import Trajectory
 from damper.models import check_state
 from damper.models.sensitivity import Stencil, follow_change, model_along, neighbours
-from damper.models.tangent import follow, over_time, require_bounded
+from damper.models.tangent import follow, require_bounded
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.named import rates_of, value_of
+from damper.parameters.quantities import ALL, INITIAL_NAMES
 from damper.parameters.units import LENGTH, SI_UNITS
 from damper.parameters.units import SPEED as SPEED_UNIT
 from damper.sweep.orbits.arcs import vector, zero
@@ -62,7 +60,7 @@ class Direction(NamedTuple):
 
 
 def direction_of(parameters: Parameters | SIParameters, state: State, name: str) -> Direction:
-    """Direction of a quantity of the damper.
+    """Direction of a quantity of the damper, or of its start.
 
     Parameters
     ----------
@@ -77,9 +75,17 @@ def direction_of(parameters: Parameters | SIParameters, state: State, name: str)
     ValueError
         Where the engine has no derivative by this quantity.
     """
+    start, units, damper = vector(state), parameters.units, parameters.dimensionless
+    if name in INITIAL_NAMES:
+        change = np.zeros_like(start)
+        moved = [one.clearance for one in damper.each]
+        if name != "initial_position":
+            moved = [1.0 / units.size(ALL[name].units)]
+        # The primary moves all.
+        change[INITIAL_NAMES.index(name) :: 2] = moved
+        return Direction(change)
     rates = rates_of(parameters, name)
     scaled = {n: rate for n, rate in rates.items() if n not in SI_UNITS}
-    units, damper = parameters.units, parameters.dimensionless
     length = rates.get(LENGTH, 0.0) / units.length
     speed = rates.get(SPEED_UNIT, 0.0) / units.speed
     cycle = 0.0
@@ -88,7 +94,6 @@ def direction_of(parameters: Parameters | SIParameters, state: State, name: str)
         if state.time:
             raise ValueError(f"{name}: no derivative, as the run does not begin at time 0")
     stencil = neighbours(damper, scaled) if scaled else None
-    start = vector(state)
     places = (start[2::2] - start[0]) / [one.clearance for one in damper.each]
     change = np.empty_like(start)
     change[0], change[1] = -length * start[0], -speed * start[1]
@@ -281,50 +286,17 @@ class _Walk:
 
     def _over(self, row: np.ndarray, taus: np.ndarray) -> np.ndarray:
         """Changes at times after the start of a row: shape (times, components, directions)."""
-        found = np.empty((len(taus), *self.shape))
-        if not self.directions:
-            return found
-        together = row[MODE] == FLIGHT and not self.several
+        found = np.tile(self.changes, (len(taus), 1, 1))
         part = row[None].copy()
-        if together:  # all directions at once; then what the flow itself changes by
-            part[0, DURATION] = 0.0
-            begun = self._each(part, self.changes, self.begun)
-            segment = read_segment(self.model, row)
-            flowing = self._flowing(row)
-            for k, tau in enumerate(taus.tolist()):
-                found[k] = begun
-                over_time(self.model, segment, 0.0, tau, found[k])
+        for j, direction in enumerate(self.directions):
+            for change, tau in zip(found, taus.tolist(), strict=True):
                 part[0, DURATION] = tau
-                for j in flowing:
-                    found[k, :, j] += self._own(part, j)
-            return found
-        for k, tau in enumerate(taus.tolist()):
-            part[0, DURATION] = tau
-            found[k] = self._each(part, self.changes, self.begun)
-        return found
-
-    def _flowing(self, row: np.ndarray) -> list[int]:
-        """Directions by which a flight changes from one and the same start."""
-        known = [j for j, d in enumerate(self.directions) if d.stencil is not None]
-        return [j for j in known if self._own(row[None], j).any()]
-
-    def _own(self, part: np.ndarray, j: int) -> np.ndarray:
-        change = np.zeros((len(self.changes), 1))
-        follow_change(self.model, self.directions[j].stencil, part, change, False)
-        return change[:, 0]
-
-    def _each(self, part: np.ndarray, changes: np.ndarray, begun: bool) -> np.ndarray:
-        found = changes.copy()
-        starts = [j for j, d in enumerate(self.directions) if d.stencil is None]
-        for j, d in enumerate(self.directions):
-            if d.stencil is not None:
-                change = np.ascontiguousarray(changes[:, j : j + 1])
-                follow_change(self.model, d.stencil, part, change, begun)
-                found[:, j] = change[:, 0]
-        if starts:
-            deviations = np.ascontiguousarray(changes[:, starts])
-            follow(self.model, part, deviations, begun)
-            found[:, starts] = deviations
+                column = change[:, j : j + 1].copy()
+                if direction.stencil is None:
+                    follow(self.model, part, column, self.begun)
+                else:
+                    follow_change(self.model, direction.stencil, part, column, self.begun)
+                change[:, j : j + 1] = column
         return found
 
     def _note(

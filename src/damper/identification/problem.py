@@ -37,12 +37,18 @@ _OF_BALL = (
     *("inclination", "support", "contact", "modulation", "yield", "initial_p", "initial_r"),
 )
 _FAR = 1e4
-#: Values of starts of a quantity without value or range, and whether they are spread by factors.
+#: Values of starts of a quantity without value or range, and whether they are spread by factors; of
+#: some over the critical damping, the primary's mass or its largest displacement.
 _USUAL = {
     "restitution": (0.1, 0.95, False),
     "restitution_left": (0.1, 0.95, False),
     "damping_ratio": (1e-4, 0.1, True),
+    "damping": (1e-4, 0.1, True),
     "mass_ratio": (5e-3, 0.5, True),
+    "free_mass": (5e-3, 0.5, True),
+    "clearance": (0.05, 4.0, True),
+    "gap": (0.05, 4.0, True),
+    "friction": (1e-3, 0.3, True),
     "friction_coefficient": (0.01, 0.5, True),
     "initial_position": (-0.95, 0.95, False),
 }
@@ -250,22 +256,22 @@ class RecordedDamper:
             if allowed[1] == 1.0:
                 return max(value - 0.3, 0.05), min(value + 0.3, 0.97), False
             return *sorted((value / _FACTOR, value * _FACTOR)), value > 0.0  # type: ignore[return-value]
-        if name in _USUAL:
-            return _USUAL[name]
+        size = self._unit_of(name)
+        if name in _USUAL and size:
+            low, high, by_factors = _USUAL[name]
+            return low * size, high * size, by_factors
         if name in INITIAL_NAMES:
             size = self._speed_or_size(name, k or 0)
             value = value if value is not None else self._first(name, k or 0)
             return value - size, value + size, False
-        if name in ("gap", "clearance") and (size := self._amplitude):
-            return 0.05 * size, 4.0 * size, True
-        if name == "damping" and {"primary_mass", "stiffness"} <= self.known.keys():
-            critical = 2.0 * math.sqrt(self.known["primary_mass"] * self.known["stiffness"])
-            return 1e-4 * critical, 0.1 * critical, True
-        if name == "free_mass" and "primary_mass" in self.known:
-            return 5e-3 * self.known["primary_mass"], 0.5 * self.known["primary_mass"], True
-        if name == "friction" and (size := self._amplitude):
-            return 1e-3 * size, 0.3 * size, True
         raise ValueError(f"{name} is free: must have a value, a start or a range")
+
+    def _unit_of(self, name: str) -> float:
+        """By what the usual values of a quantity are multiplied; 0 where that is not known."""
+        mass, stiffness = (float(self.known.get(n) or 0.0) for n in ("primary_mass", "stiffness"))
+        sizes = {"damping": 2.0 * math.sqrt(mass * stiffness), "free_mass": mass}
+        lengths = dict.fromkeys(("gap", "clearance", "friction"), self._amplitude)
+        return (sizes | lengths).get(name, 1.0)
 
     @cached_property
     def rate(self) -> float:
@@ -341,15 +347,12 @@ class RecordedDamper:
             absent = not record.ball and name.startswith(_OF_BALL)
             if unknown.record is None and (name in record.known or absent):
                 continue
-            which.append(j)
-            if name in INITIAL_NAMES:
-                directions[name] = _of_start(parameters, name)
+            try:
+                directions[name] = direction_of(parameters, state, name)
+            except ValueError:
+                self.differences.add(name)
             else:
-                try:
-                    directions[name] = direction_of(parameters, state, name)
-                except ValueError:
-                    self.differences.add(name)
-                    which.pop()
+                which.append(j)
         sampled = record.is_sampled or record.kind == "peaks"
         run = run_motion(parameters, state, until, directions, sampled, self.free)
         return run, which
@@ -468,21 +471,6 @@ class RecordedDamper:
             values = values + point[own["trend"]] * since
             jacobian[:, own["trend"]] = since
         return values, jacobian
-
-
-def _of_start(parameters: Any, name: str) -> Direction:
-    """Direction of an initial quantity."""
-    units, damper = parameters.units, parameters.dimensionless
-    change = np.zeros(2 + 2 * len(damper.each))
-    if name == "initial_displacement":
-        change[0::2] = 1.0 / units.length
-    elif name == "initial_velocity":
-        change[1::2] = 1.0 / units.speed
-    elif name == "initial_position":
-        change[2::2] = [one.clearance for one in damper.each]
-    else:
-        change[3::2] = 1.0 / units.speed
-    return Direction(change)
 
 
 def _listed(
