@@ -1,15 +1,17 @@
 """Exact motion of a run at any time, and its derivatives by unknown quantities.
 
-Values and derivatives come from the engine, at Chebyshev points between the events of a run. The
-polynomials through these points stand for the motion in between, to some 1e-10 of its size.
+Motion and derivatives come from the engine, the derivatives at Chebyshev points between the events
+of a run. The polynomials through these points stand for them in between, to some 1e-10 of their
+size, and so do those of the velocity for accelerations.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -104,36 +106,54 @@ def direction_of(parameters: Parameters | SIParameters, state: State, name: str)
 
 @dataclass(frozen=True)
 class Piece:
-    """A stretch without an event: displacement and velocity at Chebyshev points of time."""
+    """A stretch without an event."""
 
     begin: float
     end: float
-    motion: np.ndarray
-    """Displacement and velocity, shape (points, 2)."""
+    count: int
+    """Of Chebyshev points of time, at which polynomials through them are as good as the motion."""
+    moving: Callable[[np.ndarray], np.ndarray]
+    """Displacement and velocity, shape (n, 2), at n times."""
     changes: np.ndarray
-    """Their derivatives by each direction, shape (points, 2, directions)."""
+    """Their derivatives by each direction at these points, shape (count, 2, directions)."""
     later: np.ndarray | None
     """Derivatives of its start, where an impact begins it."""
 
     def at(self, times: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
         """As `ComputedMotion.at`, between its begin and end."""
-        places = (2.0 * times - self.begin - self.end) / (self.end - self.begin)
-        weights = _between(places, len(self.motion))
+        which = min(order, 1)
+        if order < 2 and not self.changes.size:
+            return self.moving(times)[:, which], np.empty((len(times), 0))
+        weights = _between((2.0 * times - self.begin - self.end) / self.length, self.count)
         if order == 2:
-            weights = weights @ _slopes(len(self.motion)) * (2.0 / (self.end - self.begin))
-        which = 1 if order else 0
+            weights = weights @ _slopes(self.count) * (2.0 / self.length)
         return weights @ self.motion[:, which], weights @ self.changes[:, which]
+
+    @property
+    def length(self) -> float:
+        """Its duration."""
+        return self.end - self.begin
+
+    @cached_property
+    def times(self) -> np.ndarray:
+        """Its Chebyshev points."""
+        return self.begin + self.length * (0.5 + 0.5 * _points(self.count))
+
+    @cached_property
+    def motion(self) -> np.ndarray:
+        """Displacement and velocity at these."""
+        return self.moving(self.times)
 
     @property
     def turns(self) -> list[float]:
         """Times within it at which the velocity vanishes."""
-        v, found = self.motion[:, 1], []
-        inside = _fitting(len(v)) @ v
-        for k in np.flatnonzero(v[:-1] * v[1:] < 0.0):
-            low, high = _points(len(v))[k : k + 2]
-            place = zero(lambda u: float(chebyshev.chebval(u, inside)), low, high, v[k], v[k + 1])
-            found.append(0.5 * (self.begin + self.end + place * (self.end - self.begin)))
-        return found
+        v = self.motion[:, 1]
+        found = np.flatnonzero(v[:-1] * v[1:] < 0.0)
+
+        def rate(time: float) -> float:
+            return float(self.moving(np.array([time]))[0, 1])
+
+        return [zero(rate, *self.times[k : k + 2], *v[k : k + 2]) for k in found]
 
 
 @dataclass
@@ -258,16 +278,12 @@ class _Walk:
             self.motion.impacts.append((time, row[SIDE], row[SPEED] * self.units.speed))
             self.motion.later.append(later)
         duration = float(row[DURATION])
-        if sampled and duration > 0.0:
-            length = duration * self.rate
-            cuts = np.linspace(0.0, duration, math.ceil(length / _PIECE) + 1)
-            taus = _spread(cuts, _FEWEST + int(_MORE * length / (len(cuts) - 1)))
-            changes = self._over(row, taus.ravel()).reshape(*taus.shape, *self.shape)
-            self.changes = changes[-1, -1]
-            for some, each in zip(taus, changes, strict=True):
-                self._note(time, row, some, each[:, :2], later)
-                later = None
-        else:
+        pieces = math.ceil(duration * self.rate / _PIECE) if sampled else 0
+        ends = [duration * k / pieces for k in range(1, pieces + 1)]
+        for low, high in pairwise([0.0, *ends]):
+            self._note(time, row, low, high, later)
+            later = None
+        if self.directions:
             self.changes = self._over(row, np.array([duration]))[0]
         self.begun = True
 
@@ -299,29 +315,25 @@ class _Walk:
                 change[:, j : j + 1] = column
         return found
 
-    def _note(
-        self, time: float, row: np.ndarray, taus: np.ndarray, changes: np.ndarray, later: Any
-    ) -> None:
+    def _note(self, time: float, row: np.ndarray, low: float, high: float, later: Any) -> None:
         """Note displacement and velocity over a piece of a row, at times and not phases."""
-        units = self.units
-        sizes = np.array([units.length, units.speed])
-        begin, end = (time + units.time * float(tau) for tau in taus[[0, -1]])
-        motion = sizes * self.trajectory.motions_in(row, taus)[:, :2]
-        relative = np.array([self.length, self.speed])
-        here = sizes[:, None] * changes + motion[:, :, None] * relative
+        unit, sizes = self.units.time, np.array([self.units.length, self.units.speed])
+
+        def moving(times: np.ndarray) -> np.ndarray:
+            return sizes * self.trajectory.motions_in(row, (times - time) / unit)[:, :2]  # type: ignore[no-any-return]
+
+        count = _FEWEST + int(_MORE * (high - low) * self.rate)
+        changes = np.empty((count, 2, len(self.directions)))
+        piece = Piece(time + unit * low, time + unit * high, count, moving, changes, later)
+        self.motion.pieces.append(piece)
+        if self.directions:
+            relative = np.array([self.length, self.speed])
+            changes[:] = self._over(row, (piece.times - time) / unit)[:, :2]
+            changes[:] = sizes[:, None] * changes + piece.motion[:, :, None] * relative
         if self.cycle.any():
             # The same phase is at another time.
-            rates = _slopes(len(taus)) @ motion * (2.0 / (end - begin))
-            times = time + units.time * taus
-            here -= rates[:, :, None] * times[:, None, None] * self.cycle
-        self.motion.pieces.append(Piece(begin, end, motion, here, later))
-
-
-def _spread(cuts: np.ndarray, count: int) -> np.ndarray:
-    """Chebyshev points between each two cuts, a row each; the ends are exact."""
-    found = cuts[:-1, None] + (0.5 + 0.5 * _points(count)) * (cuts[1:] - cuts[:-1])[:, None]
-    found[:, -1] = cuts[1:]
-    return found
+            rates = _slopes(count) @ piece.motion * (2.0 / piece.length)
+            changes -= rates[:, :, None] * piece.times[:, None, None] * self.cycle
 
 
 def _between(places: np.ndarray, count: int) -> np.ndarray:
