@@ -9,7 +9,7 @@ import numpy as np
 
 from damper.engine import model as declared
 from damper.engine.compiled import compiled, compiled_apart
-from damper.engine.forcing import horizon
+from damper.engine.forcing import horizon, turn_over, turned
 from damper.engine.impact import restitution_at
 from damper.engine.lending import lent
 from damper.engine.model import Step
@@ -24,6 +24,7 @@ from damper.models.structure.constants import (
     FIRST,
     GAP,
     MODE,
+    PREVIOUS,
     RATE,
     SIDE,
     VELOCITY,
@@ -37,7 +38,7 @@ from damper.models.structure.constants import (
     size_of,
 )
 from damper.models.structure.contacts import decide_contacts, hit
-from damper.models.structure.courses import LIFTS, course_of, course_point, next_event
+from damper.models.structure.courses import LIFTS, course_of, next_event, point_here
 from damper.models.structure.flow import ModalStart, begin, begin_after
 from damper.models.structure.log import report_first, segment_of_all
 from damper.models.structure.motion import all_after
@@ -101,45 +102,48 @@ def _speeds_in_tail(model, segment):
 def _following(model, segment, start):
     # Whoever calls keeps these, so that nothing below counts references to them.
     m, s, begun = lent(model), lent(segment), lent(start)
-    count = len(s.bodies)
-    tail = count
+    count, tail = len(s.bodies), len(s.bodies)
     for k in range(count):
         if s.bodies[k, CAUSE] != NOTHING:
             again = segment_of_all(s.periods, s.time, segment.modes, s.bodies.copy())
             return Step(0.0, True, False, 1, report_first(m, again, 0.0), start)
         if s.bodies[k, MODE] == TAIL:
             tail = k
-    step = _complete(m, s, begun, tail) if tail < count else _fly(m, s, begun)
-    now = lent(step)
-    new = ModalStart(step.start.modes, now.start.slot, start.tables, start.steps, now.start.phase)
-    return Step(now.duration, now.is_event, now.gave_up, now.steps, step.next, new)
+    last, first, wall, steps, gave_up = _first_event(m, s, begun, tail)
+    flies = first < count and s.bodies[first, MODE] == FLIGHT
+    here = all_after(m, s, begun, last, first if flies else count, wall)
+    now, loss, hits = lent(here), 0.0, False
+    for k in range(count):
+        hits = hits or now.bodies[k, ARRIVES] != 0.0
+    if tail < count:
+        _complete(m, now)
+    elif hits:
+        loss = hit(m, now)
+    elif first < count:
+        # At the instant of an impact that and the forces after it decide.
+        _release(m, s.bodies, now, begun, last, first)
+    if tail == count and (hits or first == count):
+        decide_contacts(m, now, TAIL)
+    later = begin_after(m, now, begun)
+    if hits and close(m, now, lent(later)):
+        later = begin_after(m, now, begun)
+    new = report_first(m, here, loss)
+    is_event = new.cause != NOTHING
+    kept = ModalStart(later.modes, later.slot, start.tables, start.steps, later.phase)
+    return Step(last, is_event, gave_up, steps, new, kept)
 
 
-@compiled_apart
-def _complete(model, s, start, tail):
-    """The end of a tail: its masses stick."""
-    tau = float(s.bodies[tail, ACCUMULATION])
-    here = all_after(model, s, start, tau, len(s.bodies), 0.0)
-    now = lent(here)
-    for k in range(len(now.bodies)):
-        if now.bodies[k, MODE] == TAIL:
-            now.bodies[k, MODE], now.bodies[k, CAUSE] = STICKING, NOTHING
-            for column in (GAP, RATE, FIRST, ACCUMULATION):
-                now.bodies[k, column] = 0.0
-    decide_contacts(model, now, TAIL)
-    for k in range(len(now.bodies)):
-        if s.bodies[k, MODE] == TAIL and now.bodies[k, MODE] == STICKING:
-            now.bodies[k, CAUSE] = STICK
-    begun = begin_after(model, now, start)
-    return Step(tau, True, False, 1, report_first(model, here, 0.0), begun)
+@compiled
+def _first_event(model, s, start, tail):
+    """The first event of all: when, whose, at which wall, evaluations, whether that is all known.
 
-
-@compiled_apart
-def _fly(model, s, start):
-    """Go to the first event of all."""
+    The end of a tail is no mass's. Nor is the end of the time for which the force is smooth.
+    """
     count = len(s.bodies)
-    limit = min(HORIZON, horizon(model.forcing, start.phase))
-    last, first, side, steps, gave_up = limit, count, 0.0, 1, False
+    if tail < count:
+        return float(s.bodies[tail, ACCUMULATION]), count, 0.0, 1, False
+    last, first, wall = min(HORIZON, horizon(model.forcing, start.phase)), count, 0.0
+    steps, gave_up = 1, False
     for k in range(count):
         tau, found, taken = next_event(model, s.bodies, start, k, last, 0.0)
         steps += taken
@@ -147,37 +151,39 @@ def _fly(model, s, start):
         if found == GAVE_UP and tau < last:
             last, first = tau, count
         elif abs(found) == 1.0 and tau <= last and (first == count or tau < last):
-            last, first, side = tau, k, found
-    flies = first < count and s.bodies[first, MODE] == FLIGHT
-    wall = side * float(s.bodies[first, SIDE]) if flies else 0.0
-    here, hits = all_after(model, s, start, last, first if flies else count, wall), False
-    now, loss = lent(here), 0.0
-    for k in range(count):
-        hits = hits or now.bodies[k, ARRIVES] != 0.0
-    if hits:
-        loss = hit(model, now)
-    elif first < count:
-        # At the instant of an impact that and the forces after it decide.
-        _release(model, now, start, last, first)
-    if hits or first == count:
-        decide_contacts(model, now, TAIL)
-    begun = begin_after(model, now, start)
-    if hits and close(model, now, lent(begun)):
-        begun = begin_after(model, now, start)
-    new = report_first(model, here, loss)
-    return Step(last, new.cause != NOTHING, gave_up, steps, new, begun)
+            last, first, wall = tau, k, found * float(s.bodies[k, SIDE])
+    return last, first, wall, steps, gave_up
 
 
 @compiled_apart
-def _release(model, s, start, tau, first):
-    """Let masses part from the walls that press them no longer, in place."""
-    for k in range(len(s.bodies)):
+def _complete(model, s):
+    """The end of a tail: its masses stick, in place."""
+    bodies = s.bodies
+    for k in range(len(bodies)):
+        if bodies[k, MODE] == TAIL:
+            bodies[k, MODE], bodies[k, CAUSE] = STICKING, NOTHING
+            for column in (GAP, RATE, FIRST, ACCUMULATION):
+                bodies[k, column] = 0.0
+    decide_contacts(model, s, TAIL)
+    for k in range(len(bodies)):
+        if bodies[k, PREVIOUS] == TAIL and bodies[k, MODE] == STICKING:
+            bodies[k, CAUSE] = STICK
+
+
+@compiled_apart
+def _release(model, bodies, s, start, tau, first):
+    """Let masses part from the walls that press them no longer, in place.
+
+    `bodies` are those before the time tau, with their motion from `start`.
+    """
+    phase = turned(model.forcing, start.phase, turn_over(model.forcing, tau))
+    for k in range(len(bodies)):
         b = s.bodies[k]
         if b[MODE] != STICKING:
             continue
         leaves = k == first
         if not leaves:
-            force = course_point(course_of(model, s.bodies, start, k), tau)
+            force = point_here(course_of(model, bodies, start, k), phase, tau)
             leaves = force.value <= 4.0 * force.roundoff and force.slope < 0.0
         if leaves:
             b[MODE], b[CAUSE], b[ACCUMULATION], b[FIRST] = FLIGHT, RELEASE, LIFTS, 0.0

@@ -35,7 +35,7 @@ from damper.models.structure.flow import compliance, give
 from damper.models.structure.linear import complementary, times
 
 
-@compiled_apart
+@compiled
 def hit(model: OnStructure, s: StructureSegment) -> float:
     """Impacts of one instant, in place; the energy lost."""
     loss, bodies = rebound(model, s.bodies), s.bodies
@@ -47,7 +47,7 @@ def hit(model: OnStructure, s: StructureSegment) -> float:
     return loss
 
 
-@compiled_apart
+@compiled
 def rebound(model: OnStructure, bodies: np.ndarray) -> float:
     """Impacts of one instant on the masses, in place, with their impulses; the energy lost.
 

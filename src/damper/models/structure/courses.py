@@ -12,7 +12,7 @@ from damper.engine.bodies import TermSums, added, event_point
 from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.forcing import bound_of, force_rates, rate_of, turn_over, turned
-from damper.engine.oscillator import higher_derivatives, motion_from, moved
+from damper.engine.oscillator import higher_derivatives, motion_from
 from damper.engine.search import (
     ROUNDOFF,
     EventPoint,
@@ -44,14 +44,19 @@ from damper.models.structure.constants import (
     mass_in,
     size_in,
 )
-from damper.models.structure.flow import ModalStart, is_on_wall, mode_of, motion_of
+from damper.models.structure.flow import (
+    ModalStart,
+    increments_after,
+    is_on_wall,
+    mode_of,
+    motion_of,
+)
 from damper.models.structure.steps import (
     CHANGE,
     WAY,
     A,
     V,
     X,
-    coupled_after,
     next_rate,
 )
 
@@ -131,43 +136,43 @@ def _added_force(osc, weight, sums, motion):
     )
 
 
-@compiled_apart
-def course_point(course: GapOrForce, tau: float) -> EventPoint:
-    """Where a course is after a time."""
+@compiled
+def point_here(course: GapOrForce, phase: Any, tau: float) -> EventPoint:
+    """Where a course is after a time for which `increments_after` has been called.
+
+    `phase` is that of the force then.
+    """
     # Compiled code counts references wherever it reads an array out of a struct.
     forcing, modes, begun = course.forcing, course.start.modes, course.start.phase
     table = course.start.tables[course.start.slot]
     if table[HEAD, COUPLED] != 0.0:
-        return _coupled_point(course, tau)
-    turn = turn_over(forcing, tau)
-    phase = turned(forcing, begun, turn)
+        return _coupled_point(course, phase, tau)
     sign, is_force, sums = course.sign, course.is_force, _begun(course, tau)
     for i in range(size_in(table)):
         weight = sign * float(table[WEIGHTS + course.k, i])
-        if weight != 0.0:
-            osc, first = mode_of(forcing, table, i), motion_of(modes, begun, i)
-            way, change = moved(osc, first, turn, tau)
-            x, v = first.x + (first.v * tau + way), first.v + change
-            motion = motion_from(osc, x, v, phase)
-            if is_force:
-                sums = _added_force(osc, weight, sums, motion)
-            else:
-                sums = added(osc, weight, sums, motion, way, change, abs(way))
+        osc, first = mode_of(forcing, table, i), motion_of(modes, begun, i)
+        way, change = float(modes[WAY, i]), float(modes[CHANGE, i])
+        motion = motion_from(osc, first.x + (first.v * tau + way), first.v + change, phase)
+        if is_force:
+            sums = _added_force(osc, weight, sums, motion)
+        else:
+            sums = added(osc, weight, sums, motion, way, change, abs(way))
     return event_point(tau, sums, 0.0)
 
 
 @point_at.of(GapOrForce)
 def _point_at(course, tau):
-    return course_point(course, tau)
+    forcing, start, turn = course.forcing, course.start, turn_over(course.forcing, tau)
+    increments_after(forcing, start, turn, tau)
+    return point_here(course, turned(forcing, start.phase, turn), tau)
 
 
 @compiled_apart
-def _coupled_point(course, tau):
+def _coupled_point(course, phase, tau):
     """Where a sum of coupled modes is: their energy together never grows without the force."""
     start, forcing, sign, is_force = course.start, course.forcing, course.sign, course.is_force
     table, modes, row = start.tables[start.slot], start.modes, WEIGHTS + course.k
-    coupled_after(forcing, table, start.steps[start.slot], modes, start.phase, tau)
-    phase, size = turned(forcing, start.phase, turn_over(forcing, tau)), size_in(table)
+    size = size_in(table)
     rates = np.empty((7, size))
     for i in range(size):
         rates[0, i] = modes[X, i] + (modes[V, i] * tau + modes[WAY, i])
@@ -271,7 +276,10 @@ def next_event(
     if not course.is_force:
         course = _narrowed(course, course.value - margin)
         width = 2.0 * (mass_in(model.masses, k).clearance - margin)
-    here = course_point(course, 0.0)
+    table, modes = start.tables[start.slot], start.modes
+    for i in range(size_in(table)):
+        modes[WAY, i], modes[CHANGE, i] = 0.0, 0.0
+    here = point_here(course, start.phase, 0.0)
     if course.is_force and is_balanced(here, width):
         return last, 0.0, 1
     lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0

@@ -113,7 +113,7 @@ def begin(model: OnStructure, s: StructureSegment, most: int) -> ModalStart:
     return begin_after(model, s, start)
 
 
-@compiled_apart
+@compiled
 def begin_after(model: OnStructure, s: StructureSegment, before: ModalStart) -> ModalStart:
     """Start of the motion in a segment of a run, with the systems kept so far."""
     bodies, tail = s.bodies, False
@@ -129,10 +129,7 @@ def begin_after(model: OnStructure, s: StructureSegment, before: ModalStart) -> 
         for i in range(size_in(table)):
             modes[X, i], modes[V, i] = s.modes[DISPLACEMENT, i], s.modes[VELOCITY, i]
     else:
-        _coordinates(model, s, table, modes)
-        if tail:
-            _stop_bounces(model, bodies, modes)
-        _in_modes(table, modes)
+        _from_coordinates(model, s, table, modes, tail)
     phase = phase_at(model.forcing, s.periods, s.time)
     if table[HEAD, COUPLED] != 0.0:
         force, rate, _, _, _ = force_rates(model.forcing, phase)
@@ -179,9 +176,9 @@ def _slot_for(model, bodies, before):
     return empty
 
 
-@compiled
-def _coordinates(model, s, table, modes):
-    """Displacements and velocities of all coordinates of a system, in rows that are free."""
+@compiled_apart
+def _from_coordinates(model, s, table, modes, tail):
+    """Displacements and velocities of the modes from those of the coordinates, in free rows."""
     n, size, given = size_of(model), size_in(table), model.table
     for i in range(size):
         modes[LOWER, i] = s.modes[DISPLACEMENT, i] if i < n else 0.0
@@ -197,6 +194,15 @@ def _coordinates(model, s, table, modes):
                 rate += given[WEIGHTS + k, i] * s.modes[VELOCITY, i]
             modes[LOWER, own], modes[UPPER, own] = place, rate
             own += 1
+    if tail:
+        _stop_bounces(model, s.bodies, modes)
+    first = first_row(table, 2)
+    for i in range(size):
+        place, rate = 0.0, 0.0
+        for j in range(size):
+            place += table[first + i, j] * modes[LOWER, j]
+            rate += table[first + i, j] * modes[UPPER, j]
+        modes[X, i], modes[V, i] = place, rate
 
 
 @compiled_apart
@@ -209,18 +215,6 @@ def _stop_bounces(model, bodies, modes):
     for k in range(len(bodies)):
         for i in range(n):
             bodies[k, JUMP] += bodies[k, SIDE] * model.table[WEIGHTS + k, i] * change[i]
-
-
-@compiled
-def _in_modes(table, modes):
-    """Displacements and velocities of the modes from those of the coordinates."""
-    first = first_row(table, 2)
-    for i in range(size_in(table)):
-        place, rate = 0.0, 0.0
-        for j in range(size_in(table)):
-            place += table[first + i, j] * modes[LOWER, j]
-            rate += table[first + i, j] * modes[UPPER, j]
-        modes[X, i], modes[V, i] = place, rate
 
 
 @compiled
@@ -297,22 +291,29 @@ def motion_of(m: np.ndarray, phase: Any, i: int) -> Motion:
     return Motion(float(m[X, i]), float(m[V, i]), float(m[A, i]), float(m[J, i]), phase)
 
 
-@compiled_apart
-def modes_after(model: OnStructure, start: ModalStart, tau: float) -> None:
+@compiled
+def increments_after(forcing: Any, start: ModalStart, turn: Any, tau: float) -> None:
     """Motion of the modes over a time as increments, in rows of the start.
 
     `WAY` has those of the displacements, beyond those by the velocities at the start, and `CHANGE`
-    those of the velocities.
+    those of the velocities. `turn` is that of the force over this time.
     """
-    forcing, table, modes, phase = model.forcing, start.tables[start.slot], start.modes, start.phase
+    table, modes, phase = start.tables[start.slot], start.modes, start.phase
     if table[HEAD, COUPLED] != 0.0:
         coupled_after(forcing, table, start.steps[start.slot], modes, phase, tau)
         return
-    turn = turn_over(forcing, tau)
     for i in range(size_in(table)):
         osc, motion = mode_of(forcing, table, i), motion_of(modes, phase, i)
-        if tau == HORIZON:
+        modes[WAY, i], modes[CHANGE, i] = moved(osc, motion, turn, tau)
+
+
+@compiled
+def modes_after(forcing: Any, start: ModalStart, tau: float) -> None:
+    """As `increments_after`, but for the roundoff of long times, many of which add up."""
+    increments_after(forcing, start, turn_over(forcing, tau), tau)
+    table, modes, phase = start.tables[start.slot], start.modes, start.phase
+    if tau == HORIZON and table[HEAD, COUPLED] == 0.0:
+        for i in range(size_in(table)):
+            osc, motion = mode_of(forcing, table, i), motion_of(modes, phase, i)
             x, v = arrive(osc, motion, tau)
             modes[WAY, i], modes[CHANGE, i] = (x - motion.x) - motion.v * tau, v - motion.v
-        else:
-            modes[WAY, i], modes[CHANGE, i] = moved(osc, motion, turn, tau)

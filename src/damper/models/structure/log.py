@@ -4,7 +4,7 @@ import numpy as np
 
 from damper.engine import model as declared
 from damper.engine import segment as columns
-from damper.engine.compiled import compiled, compiled_apart, plain
+from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import is_odd
 from damper.engine.segment import (
     COLUMNS,
@@ -130,7 +130,7 @@ def _write_row(model, row, segment, duration):
             place += 1
 
 
-@compiled_apart
+@compiled
 def report_first(model: OnStructure, s: StructureSegment, loss: float) -> StructureSegment:
     """The segment with the fields of the first mass whose cause is not told; in place."""
     k = first_to_tell(s.bodies)

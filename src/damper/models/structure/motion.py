@@ -48,7 +48,7 @@ from damper.models.structure.steps import CHANGE, WAY, V, X
 _TOGETHER = 4.0
 
 
-@compiled_apart
+@compiled
 def all_after(
     model: OnStructure, s: StructureSegment, start: ModalStart, tau: float, first: int, wall: float
 ) -> StructureSegment:
@@ -56,16 +56,11 @@ def all_after(
 
     The mass `first` arrives at a wall then, if there is such a mass; others may be there, too.
     """
-    modes_after(model, start, tau)
-    owned = s.bodies.copy()
+    modes_after(model.forcing, start, tau)
+    owned, off, count = s.bodies.copy(), 0.0, len(s.bodies)
     bodies = lent(owned)
-    # How far the first one is off its wall is roundoff, which the others have as well.
-    off = 0.0
-    if first < len(bodies):
-        gap, _, _ = gap_after(course_of(model, s.bodies, start, first), tau)
-        there = s.bodies[first, SIDE] == wall
-        off = abs(gap if there else 2.0 * mass_in(model.masses, first).clearance - gap)
-    for k in range(len(bodies)):
+    for each in range(count):
+        k = (first + each) % count
         b = bodies[k]
         b[SPEED], b[ARRIVES], b[PREVIOUS] = 0.0, 0.0, b[MODE]
         if b[MODE] != FLIGHT:
@@ -73,7 +68,8 @@ def all_after(
         gap, rate, roundoff = gap_after(course_of(model, s.bodies, start, k), tau)
         width = 2.0 * mass_in(model.masses, k).clearance
         if k == first:
-            b[ARRIVES] = wall
+            # How far it is off its wall is roundoff, which the others have as well.
+            b[ARRIVES], off = wall, abs(gap if b[SIDE] == wall else width - gap)
         elif gap <= _TOGETHER * (roundoff + off) and rate < 0.0:
             b[ARRIVES] = b[SIDE]
         elif width - gap <= _TOGETHER * (roundoff + off + ROUNDOFF * width) and rate > 0.0:

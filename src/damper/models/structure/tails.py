@@ -67,7 +67,7 @@ class StructureChatter(NamedTuple):
     """Height of the bounces, at most."""
 
 
-@compiled_apart
+@compiled
 def close(model: OnStructure, s: StructureSegment, start: ModalStart) -> bool:
     """Close a chatter sequence that completes before anything else happens; whether one is closed.
 
@@ -83,7 +83,7 @@ def close(model: OnStructure, s: StructureSegment, start: ModalStart) -> bool:
                 return True
     any_may = False
     for k in range(len(bodies)):
-        any_may = any_may or _may_end(bodies, start, k)
+        any_may = any_may or _may_end(model, bodies, start, k)
     return any_may and _close_one(model, s, start)
 
 
@@ -92,7 +92,7 @@ def _close_one(model, s, start):
     bodies, longest = s.bodies, negligible(model.tolerance)
     any_rests, rests = False, np.zeros(len(bodies), dtype=np.bool_)
     for k in range(len(bodies)):
-        if not _may_end(bodies, start, k):
+        if not _may_end(model, bodies, start, k):
             continue
         chatter = _chatter_of(model, s, start, k)
         if chatter.left <= longest or _is_braked(model, bodies, start, k):
@@ -109,14 +109,15 @@ def _close_one(model, s, start):
 
 @compiled
 def _bend(bodies, start, k):
-    """Second and third derivative of the gap of a mass."""
+    """Second and third derivative of the gap of a mass, and a part of the size of the fourth."""
     table, side = start.tables[start.slot], float(bodies[k, SIDE])
-    bent, jerk = side * float(table[FALLS, k]), 0.0
+    bent, jerk, snap = side * float(table[FALLS, k]), 0.0, 0.0
     for i in range(size_in(table)):
         weight = side * float(table[WEIGHTS + k, i])
         bent += weight * start.modes[A, i]
         jerk += weight * start.modes[J, i]
-    return bent, jerk
+        snap += abs(weight * table[STIFFNESS, i] * start.modes[A, i])
+    return bent, jerk, snap
 
 
 @compiled
@@ -136,16 +137,23 @@ def _is_braked(model, bodies, start, k):
 
 
 @compiled
-def _may_end(bodies, start, k):
+def _may_end(model, bodies, start, k):
     """Whether a mass has left its wall just now for a brief bounce: asked before what takes time.
 
-    The change of its acceleration in the time of all bounces is less than that acceleration.
+    All bounces take at least twice its speed over its acceleration, which must hardly change in
+    this time: less than `damper.engine.accumulation.time_to_accumulation` asks for.
     """
     b = bodies[k]
     if b[MODE] != FLIGHT or b[GAP] != 0.0 or b[CAUSE] == NOTHING or not b[RATE] > 0.0:
         return False
-    bent, jerk = _bend(bodies, start, k)
-    return bool(bent < 0.0 and abs(jerk) * b[RATE] < bent * bent)
+    bent, jerk, snap = _bend(bodies, start, k)
+    if not (bent < 0.0 and abs(jerk) * b[RATE] < bent * bent):
+        return False
+    least = 2.0 * float(b[RATE]) / -bent
+    change = abs(jerk) / -bent * least
+    error = least * (change * change + snap / -bent * least * least)
+    small = change < 0.5 and error <= 1.1 * model.tolerance
+    return bool(small or least <= negligible(model.tolerance))
 
 
 @compiled_apart
@@ -207,7 +215,7 @@ def _chatter_of(model, s, start, k):
     """Rest of the chatter sequence of a mass, and of those in step with it."""
     b, m, table = s.bodies[k], mass_in(model.masses, k), start.tables[start.slot]
     law, size, drag = law_of(model, m, float(b[SIDE])), size_in(table), first_row(table, 0)
-    bent, jerk = _bend(s.bodies, start, k)
+    bent, jerk, _ = _bend(s.bodies, start, k)
     shared, snap, bound = _yield_of(model, s, start, k), 0.0, bound_of(model.forcing, 2)
     for i in range(size):
         terms = table[PUSH, i] * bound + table[STIFFNESS, i] * abs(start.modes[A, i])

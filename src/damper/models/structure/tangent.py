@@ -393,7 +393,7 @@ def _lead_on(
             bodies[k, GAP] += wider
     start = begin(there, _beside(s, s.time * slower, modes, bodies))
     tau = s.duration * slower
-    modes_after(there, start, tau)
+    modes_after(there.forcing, start, tau)
     modes = structure_after(there, start, tau)
     for i in range(n):
         found[2 * i], found[2 * i + 1] = modes[DISPLACEMENT, i], modes[VELOCITY, i]
