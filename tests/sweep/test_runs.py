@@ -140,7 +140,7 @@ def test_same_bytes_for_any_number_of_threads() -> None:
     points[5] = POINTS[-1]
     # Two chains in opposite directions, and three runs alone.
     after = [-1, *range(11), *range(13, 22), -1, -1, -1]
-    settings = {name: SETTINGS[name] for name in OBSERVERS if name != "impact_section"}
+    settings = {name: SETTINGS[name] for name in (SECTIONS[0], "impacts", "bursts")}
     run = {"transient": 2, "periods": 6, "max_events": LIMIT, "predecessor": after}
     one, three = (run_points(points, settings, **run, workers=n)[0] for n in (1, 3))
     assert {0, 1} <= set(one["status"].tolist())
