@@ -1,38 +1,16 @@
 """Settings of observers: what is declared once is checked, and refused in plain words."""
 
-import math
+from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from damper.observers import OBSERVERS, make_observers, observer_class
 from damper.observers.common.base import Observer
 from damper.observers.common.settings import Setting
 
-#: Observer, setting, values that it refuses, and what the message says.
-REFUSED = [
-    ("stroboscopic_section", "when", [1.0, math.nan, "0.5"], "a number >= 0 and < 1"),
-    ("impact_section", "wall", ["up"], "one of 'left', 'right'"),
-    ("impact_section", "samples", [0, 1.5, True], "a whole number >= 1 and <= 100000"),
-    ("impact_section", "free_mass", [1], "True or False"),
-    (
-        "impacts",
-        "threshold",
-        [
-            *(1.0, "0.1", {"speed": 0.0}, {"fraction": 1.5}),
-            *({"speed": 1.0, "fraction": 0.1}, {}, {"sped": 1.0}),
-        ],
-        r"a fraction in \(0, 1\)",
-    ),
-    (
-        "bursts",
-        "compare_thresholds",
-        [[1.0], [0.1, 0.1], 0.1],
-        "a list of distinct numbers, each > 0 and < 1",
-    ),
-    ("chatter_bursts", "since", [[], [-1.0], [0.0, math.nan]], "a list of at least 1 distinct"),
-    ("trajectory", "length", [0.0, -1.0, math.inf], "a number > 0"),
-]
+REFUSED = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())
 
 
 @pytest.mark.parametrize(

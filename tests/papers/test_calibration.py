@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 import xarray as xr
-from studies import blame
+from studies import MISTAKES, blame
 
 import damper
 from damper.papers.tables.scores import scores_of
@@ -94,32 +94,11 @@ OF_BURSTS: dict[str, Any] = {
     "axes": {"clearance": {"values": [0.02, 0.03]}, "frequency_ratio": {"values": [0.2, 0.25]}},
 }
 SCORED: dict[str, Any] = {"kind": "scores", "statements": ["A3", "A4"]}
-MISTAKES: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
-    "statement": ({"statements": ["A3", "A6"]}, {}, "allowed: A1, A1_contact, A3"),
-    "observer": ({}, {"observers": {"chatter_bursts": None}}, "A3 needs burst_at among the obs"),
-    "frequency": (
-        {},
-        {"axes": OF_BURSTS["axes"] | {"frequency_ratio": {"values": [0.2, 0.24]}}},
-        "A4 needs an axis frequency_ratio with the values 0.2, 0.25",
-    ),
-    "one side": (
-        {"statements": ["A1"]},
-        {"observers": {"bursts": None}},
-        "A1 needs an axis clearance with values up to 1.35 and beyond",
-    ),
-    "no set": (
-        {"statements": ["A3"]},
-        {"axes": {"frequency_ratio": {"values": [0.2]}}, "parameters": {"clearance": 0.1}},
-        "no axis is left whose values could be ranked",
-    ),
-    "preset": ({"preset": {"clearance": 0.031}}, {}, "the nearest is 0.03"),
-    "draws": ({}, {"draws": {"count": 2, "seed": 1, "initial_position": [-1, 1]}}, "several runs"),
-}
 
 
-@pytest.mark.parametrize("name", MISTAKES)
+@pytest.mark.parametrize("name", MISTAKES["scores"])
 def test_mistakes(tmp_path: Path, name: str) -> None:
-    table, changes, words = MISTAKES[name]
+    table, changes, words = MISTAKES["scores"][name]
     fixed = {"mass_ratio": 0.1, "damping_ratio": 0.01, "restitution": 0.8}
     given = {"title": "t", "source": "s", "parameters": fixed, "transient": 0, "periods": 25}
     given |= OF_BURSTS | changes | {"tables": {"one": SCORED | table}}

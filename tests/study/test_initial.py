@@ -105,39 +105,11 @@ def test_draws_are_reduced_and_are_starts_where_states_are_drawn() -> None:
         basin_fractions(simulate(**REST, **run, draws=others))
 
 
-ONE = {"count": 2, "seed": 1}
-
-
-@pytest.mark.parametrize(
-    ("change", "parts"),
-    [
-        ({"initial": "stedy"}, ["initial: ", "'stedy'", "mean 'steady'?): must be rest, steady"]),
-        ({"draws": 3}, ["draws = 3: must be a mapping of count, seed and quantities"]),
-        ({"draws": {"count": 2, "initial_position": [-1, 1]}}, ["draws.seed", "'seed' is mi"]),
-        ({"draws": {"count": 2.0, "seed": 1, "yield_speed": [1, 2]}}, ["draws.count", "write 2"]),
-        (
-            {"draws": ONE | {"initial_position": [-1.5, 1]}},
-            ["[0]", "-1.5", "-1 <= initial_position <= 1"],
-        ),
-        ({"draws": ONE | {"restitution": [0, 1]}}, ["restitution is given, and drawn as well"]),
-        (
-            {"draws": ONE | {"initial_velocity": [0, 1]}, "initial": "steady"},
-            ["initial_velocity is given, but the primary starts on its steady response"],
-        ),
-        (
-            {"initial": "steady", "initial_velocity": [0.5]},
-            ["initial_velocity is given, but the primary starts on its steady response"],
-        ),
-        ({"initial": "steady", "state": State(0, 0, 0, 0)}, ["state stands alone"]),
-        (
-            {"draws": ONE | {"initial_position": [0, 1]}, "state": State(0, 0, 0, 0)},
-            ["state stands alone"],
-        ),
-        ({"initial_position": 1.01}, ["initial_position = 1.01", "-1 at the left wall"]),
-    ],
-    ids=str,
-)
-def test_refused_in_python(change: dict[str, Any], parts: list[str]) -> None:
+@pytest.mark.parametrize("given", MISTAKES["starts in Python"], ids=str)
+def test_refused_in_python(given: list[Any]) -> None:
+    change, *parts = given
+    if "state" in change:
+        change = change | {"state": State(0, 0, 0, 0)}
     with pytest.raises((ValueError, TypeError), match=r"initial|state|draw") as caught:
         simulate(**SCENE, transient=10**8, periods=1, **change)
     for part in parts:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from cases import thinned
+from studies import MISTAKES
 
 from damper import Parameters, SIParameters, State, simulate
 from damper.engine.segment import CAUSE, GAP, GAP_RATE, MODE, SIDE, STICK, STICKING
@@ -273,26 +274,7 @@ def test_motion_in_metres_goes_on_along_the_stiffness() -> None:
 # --- misuse
 
 
-@pytest.mark.parametrize(
-    ("change", "follow", "message"),
-    [
-        ({}, {"clearance": "up"}, "'clearance' is not a sequence of a parameter: none here"),
-        ({"phase": [0, 1]}, {"clearance": "up"}, "not a sequence of a parameter: phase"),
-        ({"phase": [0, 1]}, {"phse": "up"}, "'phse' is not a sequence of a parameter: phase"),
-        ({"phase": [0, 1]}, {"phase": "upwards"}, "must be one of up, down, both"),
-        (
-            {"phase": [0, 1], "clearance": [1, 2]},
-            {"phase": "up", "clearance": "up"},
-            "one axis at most, a run has one neighbour",
-        ),
-        (
-            {"phase": [0, 1], "initial_position": [0, 1]},
-            {"initial_position": "up"},
-            "'initial_position' is not a sequence of a parameter: phase",
-        ),
-    ],
-    ids=str,
-)
+@pytest.mark.parametrize(("change", "follow", "message"), MISTAKES["followed in Python"], ids=str)
 def test_misuse_is_refused(change: dict[str, Any], follow: dict[str, str], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         simulate(**{**SCENE, **change}, **RUN, follow=follow)

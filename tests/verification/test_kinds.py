@@ -6,6 +6,7 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 from scenes import SLOW as POINT
+from studies import MISTAKES
 
 from damper.study.config import ConfigError, load_study
 from damper.study.kinds import STUDIES
@@ -81,45 +82,7 @@ def test_every_kind_is_tried_here():
     assert GOOD.keys() == STUDIES.keys()
 
 
-#: Of each rule that only these studies have one; what all files have in common is tested with them.
-MISTAKES = [
-    ("comparison", ("kind",), "comparisons", "kind", "did you mean 'comparison'?"),
-    (
-        "structure",
-        ("structure", "modes"),
-        [{"frequency": 1.0}],
-        "structure.modes[0].damping_ratio",
-        "'damping_ratio' is missing",
-    ),
-    ("comparison", ("scenes",), {}, "scenes", "at least one of the scenes must be given"),
-    ("comparison", ("solvers", "dop583"), [1], "solvers.dop583", "did you mean 'dop853'?"),
-    ("comparison", ("solvers", "exact"), [0], "solvers.exact[0]", "out of range (value: 0)"),
-    (
-        "comparison",
-        ("scenes", "burst", "parameters"),
-        {"mass_ratio": 1},
-        "scenes.burst.parameters.clearance",
-        "'clearance' is not given",
-    ),
-    (
-        "comparison",
-        ("scenes", "burst", "parameters", "yield_speed"),
-        0.1,
-        "scenes.burst.parameters",
-        "rigid walls and a constant restitution",
-    ),
-    (
-        "comparison",
-        ("scenes", "burst", "parameters", "initial_position"),
-        1.0,
-        "scenes.burst.parameters",
-        "the other solvers start in flight",
-    ),
-    ("comparison", ("figures", "all", "kind"), "map", "figures.all.kind", "work_precision"),
-]
-
-
-@pytest.mark.parametrize(("kind", "keys", "value", "place", "words"), MISTAKES)
+@pytest.mark.parametrize(("kind", "keys", "value", "place", "words"), MISTAKES["kinds"])
 def test_mistakes_are_stated_in_words(tmp_path, kind, keys, value, place, words):
     with pytest.raises(ConfigError) as error:
         load_study(write(tmp_path, changed(GOOD[kind], *keys, to=value)))
