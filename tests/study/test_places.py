@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from studies import blame, cube_of, load
+from studies import MISTAKES, blame, cube_of, load
 
 import damper
 from damper.figures import draw
@@ -106,15 +106,6 @@ def test_a_study_keeps_what_its_jobs_do(tmp_path: Path) -> None:
     assert large.array_bytes / 3 < small.array_bytes < large.array_bytes / 2.5
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("gap: 0.05}}\nf", "gap: 0.06}}\nf", "trajectory.at.gap\n    'gap' has no value 0.06"),
-        ("gap: 0.05}}\nf", "gup: 0.05}}\nf", "gup"),
-        ("{forcing_frequency: 1.6, gap: 0.05, draw", "{forcing_frequency: 1.2, gap: 0.05, draw",
-         "history\n    shows what the observer trajectory sees, which looks at "
-         "forcing_frequency: 1.6, gap: 0.05 alone"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("old", "new", "message"), MISTAKES["places"])
 def test_mistakes(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert message in blame(tmp_path, STUDY.replace(old, new))

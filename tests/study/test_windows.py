@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from studies import blame, cube_of, load
+from studies import MISTAKES, blame, cube_of, load
 
 import damper
 from damper.study import check
@@ -167,17 +167,7 @@ def test_a_study_of_a_record_counts_in_seconds(tmp_path: Path, capsys: Any) -> N
     assert "'forcing_frequency' is not given" in blame(tmp_path, base)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("{time: end}", "{time: 0}", "periods.time\n    out of range (value: 0)\n    al"),
-        ("{time: end}", "{time: ends}", "\n    allowed: number > 0 or end"),
-        ("{time: end}", "1.5", "allowed: integer >= 1 or mapping (a time)"),
-        ("length: 2", "length: 9", "does not lie in the window of 7.3 cycles"),
-        ("kind: record, time: [0, 0.5, 7.3], value: [0, 2, 0], of: base_acceleration", "kind: base",
-         "periods\n    {'time': 'end'}: only a record or noise ends"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("old", "new", "message"), MISTAKES["windows"])
 def test_mistakes_in_a_study(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert message in blame(tmp_path, STUDY.replace(old, new))
 
