@@ -1,12 +1,20 @@
 """The closed rest of a complete chatter sequence, against bounces followed in many digits."""
 
 import math
+from typing import Any
 
+import numpy as np
 import pytest
 from tails import completed, tail
 
 from damper import Parameters
-from damper.engine.accumulation import accumulation_times, bounce_at, sticks
+from damper.engine.accumulation import accumulation, accumulation_times, bounce_at, sticks
+from damper.engine.impact import (
+    ConstantRestitution,
+    TabledRestitution,
+    YieldingRestitution,
+    restitution_at,
+)
 from damper.models import model_of
 from damper.parameters.dampers import BASIC
 
@@ -45,6 +53,27 @@ def test_orders_of_the_accumulation_times(side: float) -> None:
         errors.append((float(first - exact), float(duration - exact)))
     ratios = [one / other for one, other in zip(*errors, strict=True)]
     assert ratios == pytest.approx([4.06, 8.07], abs=0.006)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        ConstantRestitution(0.8),
+        YieldingRestitution(0.8, 8e-4, 0.25),
+        # At the speed of the first impact as at none, and lower between.
+        TabledRestitution(np.array([(1e-5, 0.8), (1e-4, 0.75), (1e-3, 0.8)])),
+    ],
+)
+def test_the_error_holds_what_the_law_changes_along_the_sequence(law: Any) -> None:
+    """Under a constant force, where the time errs by nothing else."""
+    force, w = 0.7, 1e-3
+    duration, error = accumulation(law, 0.0, 0.0, 0.0, force, 0.0, w)
+    exact, speed = 0.0, w
+    while speed > 1e-20:
+        exact += 2.0 * speed / force
+        speed *= restitution_at(law, speed)
+    assert abs(exact - duration) <= error + 1e-12 * duration
+    assert error < duration
 
 
 @pytest.mark.parametrize("r", [0.05, 0.5, 0.9])
