@@ -192,9 +192,33 @@ def test_another_simulation_finds_the_run_in_the_fmu(tmp_path: Path) -> None:
 
 
 def test_fmpy_finds_nothing_wrong_in_the_fmu(tmp_path: Path) -> None:
-    fmpy = pytest.importorskip("fmpy.validation")
+    check = pytest.importorskip("fmpy.validation").validate_fmu
     made(tmp_path)
-    assert fmpy.validate_fmu(tmp_path / "frame.fmu") == []
+    assert check(tmp_path / "frame.fmu") == []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the library of the FMU is that of Linux")
+def test_fmpy_finds_the_run_in_the_fmu(tmp_path: Path) -> None:
+    simulate = pytest.importorskip("fmpy").simulate_fmu
+    made(tmp_path, "--free-mass", "10", "--gap", "0.1mm")
+    times = STEP * np.arange(41)
+    force = 3000.0 * np.cos(200.0 * times)
+    found = simulate(
+        tmp_path / "frame.fmu",
+        start_values={"initial_position": 0.5, "input_order": 0},
+        input=np.rec.fromarrays([times, force], names="time,force"),
+        step_size=STEP,
+        output_interval=STEP,
+        stop_time=times[-1],
+    )
+    machine = SteppedMachine(VALUES | {"initial_position": 0.5, "input_order": 0}, "force")
+    for row, value in zip(found[1:], force, strict=False):
+        machine.step(STEP, value)
+        assert row["displacement"] == pytest.approx(machine.state.x, rel=1e-9)
+        assert row["impacts"] == machine.impacts
+        assert row["impulse"] == pytest.approx(machine.impulse, rel=1e-9)
+    assert len(found) == len(times)
+    assert machine.impacts > 10
 
 
 def test_a_machine_on_a_base_is_driven_by_the_acceleration_of_it(tmp_path: Path) -> None:
