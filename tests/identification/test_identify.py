@@ -377,7 +377,8 @@ def test_records_are_checked(given, message):
 
 def test_command(tmp_path):
     (tmp_path / "golf.csv").write_text("interval (s)\n0.8396\n0.7503\n0.6723\n0.6018\n")
-    (tmp_path / "floor.yaml").write_text(yaml.safe_dump(FLOOR | {"initial_position": -0.78}))
+    floor = FLOOR | {"initial_position": -0.78, "free_mass": "1000 g", "gap": "1000 cm"}
+    (tmp_path / "floor.yaml").write_text(yaml.safe_dump(floor))
     given = ["identify", str(tmp_path / "golf.csv"), "--kind", "intervals", "--free", "r"]
     given += ["--machine", str(tmp_path / "floor.yaml")]
     done = CliRunner().invoke(main, [*given, "--output", str(tmp_path / "found")])
@@ -387,3 +388,5 @@ def test_command(tmp_path):
     done = CliRunner().invoke(main, [*given, "--start", "r"])
     assert done.exit_code == 1
     assert "--start r: must be NAME=VALUE" in done.output
+    done = CliRunner().invoke(main, [*given, "--range", "gap=5mm:9kg"])
+    assert "gap = '9kg': has the unit 'kg': must be a number in m" in done.output

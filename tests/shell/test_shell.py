@@ -37,7 +37,7 @@ def test_events_are_those_of_python(tmp_path: Path) -> None:
 def test_a_value_that_few_machines_have_is_asked_about_once() -> None:
     given = {
         **{"primary_mass": 100, "damping": 800, "stiffness": 4e6, "free_mass": 10, "gap": "20 m"},
-        **{"force_amplitude": 200, "forcing_frequency": 200, "restitution": 0.3, "until": 0.1},
+        **{"force_amplitude": 200, "forcing_frequency": 200, "restitution": 0.3, "until": "100 ms"},
     }
     options = (f"--{name.replace('_', '-')}={value}" for name, value in given.items())
     printed = called("events-si", *options)

@@ -14,7 +14,7 @@ import numpy as np
 
 from damper.identification.fit import Fit, Fitter
 from damper.identification.problem import OF_RECORD, RecordedDamper
-from damper.identification.recordings import KINDS, Recording, read_recording
+from damper.identification.recordings import KINDS, Recording, plain_numbers, read_recording
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.files import path_of
 from damper.parameters.forcing import forcing_of, left_out
@@ -170,8 +170,8 @@ def identify(
     if not find_spec("scipy"):
         raise ValueError("scipy is missing: pip install -e '.[fast,workflow]'")
     known, about = _read(machine, known)
-    starts = {**about.get("starts", {}), **(starts or {})}
-    ranges = {**about.get("ranges", {}), **(ranges or {})}
+    starts = {**about.get("starts", {}), **plain_numbers(starts or {})}
+    ranges = {**about.get("ranges", {}), **plain_numbers(ranges or {})}
     recordings = _recordings(records, about, kind)
     if isinstance(free, str):
         raise TypeError(f"free = {free!r}: must be a list of names")
@@ -221,7 +221,8 @@ def _read(machine: Any, known: Mapping[str, Any]) -> tuple[dict[str, Any], dict[
     about |= {name: values.pop(name) for name in ("starts", "ranges", "records") if name in values}
     if isinstance(values.get("forcing"), Mapping):
         values["forcing"] = forcing_of(values["forcing"])
-    return values, about
+    about |= {name: plain_numbers(about[name]) for name in ("starts", "ranges") if name in about}
+    return plain_numbers(values), about
 
 
 def _recordings(records: Any, about: Mapping[str, Any], kind: str) -> list[Recording]:

@@ -12,11 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from damper.parameters.dampers import SI_NAME
 from damper.parameters.files import path_of
-from damper.parameters.names import unknown_name
-from damper.parameters.quantities import ALL
+from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
+from damper.parameters.quantities import ALL, si_units
 from damper.parameters.quantity import real
 from damper.parameters.record_file import Reading, read_samples
+from damper.parameters.unit_text import each_number, number_in
 
 #: Kind of record -> SI unit of its values, and what it is in words.
 KINDS = {
@@ -121,8 +123,10 @@ class Recording:
                 f"{self.label}: time {self.times[k + 1]:g} follows {self.times[k]:g} (sample "
                 f"{k + 1} from 0): times must increase"
             )
-        for name in ("noise", "high_pass", "blank", "begins"):
-            value = given[name]
+        given["known"] = plain_numbers(self.known)
+        units = {"noise": KINDS[self.kind][0], "high_pass": "Hz", "blank": "s", "begins": "s"}
+        for name, unit in units.items():
+            value = given[name] = number_in(f"{self.label}: {name}", given[name], [unit])
             if value is not None and not (
                 math.isfinite(real(name, value)) and (value > 0.0 or name == "begins")
             ):
@@ -186,6 +190,26 @@ class Recording:
             k = int(np.flatnonzero(~np.isfinite(column))[0])
             raise ValueError(f"{self.label}: {name}[{k}] = {column[k]}: must be finite")
         return column
+
+
+def plain_numbers(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by names or symbols of quantities; texts with a unit as numbers in SI units.
+
+    ValueError where a unit does not go with its quantity.
+
+    Examples
+    --------
+    >>> plain_numbers({"gap": ["5 mm", "1 cm"], "r": "60 %", "forcing": "none"})
+    {'gap': [0.005, 0.01], 'r': 0.6, 'forcing': 'none'}
+    """
+
+    def read(name: str, value: Any) -> Any:
+        usual = NAMES_BY_SYMBOL.get(name, name)
+        quantity = ALL.get(SI_NAME.get(usual, usual))
+        units = si_units(quantity) if quantity else []
+        return each_number(value, lambda text: number_in(name, text, units))
+
+    return {name: read(name, value) for name, value in values.items()}
 
 
 def read_recording(

@@ -10,6 +10,7 @@ from damper.parameters.names import NAMES_BY_SYMBOL, OF_ANY_MASS, split
 from damper.parameters.quantity import Quantity as Quantity
 from damper.parameters.quantity import real as real
 from damper.parameters.state import INITIAL_QUANTITIES as INITIAL_QUANTITIES
+from damper.parameters.units import AMPLITUDES, SI_UNITS
 
 #: The parameters of `damper.Parameters` and of `damper.SIParameters`, in their order.
 QUANTITIES = Parameters.quantities
@@ -137,3 +138,12 @@ def quantities_in(names: Iterable[Any]) -> list[str]:
     names = set(names)
     own = [(k, OF_ANY_MASS.index(of), n) for n in names for of, k in filter(None, [split(n)])]
     return [*(name for name in ALL if name in names), *(name for _, _, name in sorted(own))]
+
+
+def si_units(quantity: Quantity) -> list[str]:
+    """Return the SI units that a quantity may be in; none of what is dimensionless only."""
+    if quantity.name == "force_amplitude":
+        return list(dict.fromkeys(unit for _, unit in AMPLITUDES.values()))
+    if (split(quantity.name) or (quantity.name,))[0] in DIMENSIONLESS_ONLY:
+        return []
+    return [SI_UNITS.get(quantity.units, quantity.units)]

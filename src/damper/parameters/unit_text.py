@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -85,6 +85,11 @@ m, mm, cm, um, km, in
         if own == "rad/s" and unit in SIZES["Hz"]:
             return 2.0 * math.pi * number_in(name, f"{number} {unit}", ["Hz"])
     raise ValueError(f"{name} = {value!r}: has the unit {unit!r}: must be {allowed_units(units)}")
+
+
+def each_number(value: Any, read: Callable[[Any], Any]) -> Any:
+    """Return what is read of a value, or of each item of a list."""
+    return [read(item) for item in value] if isinstance(value, list | tuple) else read(value)
 
 
 def allowed_units(units: Sequence[str]) -> str:

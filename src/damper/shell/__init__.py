@@ -7,7 +7,7 @@ import subprocess
 import sys
 import warnings
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +17,10 @@ import damper
 from damper.parameters import Parameters, SIParameters
 from damper.parameters.files import path_of
 from damper.parameters.lazy import pd
-from damper.parameters.quantity import Quantity, QuantityClass
+from damper.parameters.quantity import QuantityClass
 from damper.parameters.tables import TABLE_OF
-from damper.parameters.unit_text import number_in
-from damper.parameters.units import TIME
+from damper.parameters.unit_text import number_in, split_unit
+from damper.parameters.units import SI_UNITS, SPEED, TIME
 from damper.sweep.events import KINDS
 
 TEMPLATE = Path("config/studies/template.yaml")
@@ -49,8 +49,8 @@ class _Number(click.ParamType):
 
     name = "number"
 
-    def __init__(self, quantity: Quantity) -> None:
-        self.units, self.words = quantity.units, dict(quantity.words)
+    def __init__(self, units: str, words: Iterable[tuple[str, float]] = ()) -> None:
+        self.units, self.words = units, dict(words)
 
     def convert(self, value: Any, param: Any, ctx: Any) -> float:
         """Return the number in the unit of the quantity."""
@@ -71,8 +71,7 @@ def _quantities(kind: type[QuantityClass]) -> Callable[[Any], Any]:
             option = click.option(
                 "--" + table.replace("_", "-"),
                 table,
-                type=float,
-                nargs=2,
+                type=(_Number(SPEED if kind is Parameters else SI_UNITS[SPEED]), _Number("1")),
                 multiple=True,
                 help=f"Approach speed and {name} there, in place of {name}; once for each row.",
             )
@@ -81,7 +80,7 @@ def _quantities(kind: type[QuantityClass]) -> Callable[[Any], Any]:
             option = click.option(
                 "--" + quantity.name.replace("_", "-"),
                 quantity.name,
-                type=_Number(quantity),
+                type=_Number(quantity.units, quantity.words),
                 required=quantity.default is None and not quantity.unless,
                 help=quantity.about,
             )
@@ -108,7 +107,9 @@ def _events_command(name: str, kind: Any, unit: str, time: str, example: str) ->
 
     @main.command(name, help=text)
     @_quantities(kind)
-    @click.option("--until", type=float, required=True, help=f"Time to which it runs, in {time}.")
+    @click.option(
+        "--until", type=_Number(time), required=True, help=f"Time to which it runs, in {time}."
+    )
     @click.option("--csv", type=click.Path(dir_okay=False), help="Write all events here.")
     @click.option("--plot", type=click.Path(dir_okay=False), help="Draw the motion into this file.")
     def command(until: float, csv: str | None, plot: str | None, **values: Any) -> None:
@@ -244,17 +245,12 @@ def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> 
         click.echo(f"Replaced files of an older page: {', '.join(path.name for path in older)}")
 
 
-_OF_SIZES = {q.name: q for q in SIParameters.quantities}
-
-
 @main.command()
 @click.argument("machine", type=click.Path())
 @click.option("--output", type=click.Path(), metavar="FILE", help="Instead of MACHINE.fmu.")
-@click.option("--free-mass", type=_Number(_OF_SIZES["free_mass"]), help="Of the damper, in kg.")
-@click.option("--gap", type=_Number(_OF_SIZES["gap"]), help="Its whole travel, in m.")
-@click.option(
-    "--restitution", type=_Number(_OF_SIZES["restitution"]), help="Rebound over approach speed."
-)
+@click.option("--free-mass", type=_Number("kg"), help="Of the damper, in kg.")
+@click.option("--gap", type=_Number("m"), help="Its whole travel, in m.")
+@click.option("--restitution", type=_Number("1"), help="Rebound over approach speed.")
 def fmu(machine: str, output: str | None, **given: float | None) -> None:
     """Make an FMU of MACHINE with its damper.
 
@@ -284,7 +280,7 @@ def _pairs(option: str, given: tuple[str, ...]) -> dict[str, Any]:
     for text in given:
         name, _, value = text.partition("=")
         try:
-            numbers = [float(part) for part in value.split(":")]
+            numbers = [part if split_unit(part) else float(part) for part in value.split(":")]
         except ValueError:
             numbers = []
         if len(numbers) != (2 if option == "--range" else 1):

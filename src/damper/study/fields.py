@@ -37,7 +37,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, PydanticKnownError, c
 from damper.parameters.masses import equal_masses
 from damper.parameters.names import MOST_MASSES, OF_ANY_MASS, split
 from damper.parameters.quantities import ALL
-from damper.parameters.unit_text import SIZES, number_in
+from damper.parameters.unit_text import SIZES, each_number, number_in
 from damper.study.axes import MOST_VALUES
 from damper.study.messages import NOTHING, Mistakes, in_plain_words, mistakes_of
 from damper.study.schema import COORDINATE, THE_PARAMETERS, Schema, nested, once, quantity_schema
@@ -181,11 +181,6 @@ def _units(cls: type[StrictModel]) -> dict[str, str]:
     found = {k: n.text for k, n in notes if getattr(n, "keyword", "") == "unit"}
     units = {key: found.get(key, "1") for key in _numeric(cls)}
     return {key: unit for key, unit in units.items() if unit in SIZES}
-
-
-def each_number(value: Any, read: Callable[[Any], Any]) -> Any:
-    """Return what is read of a value, or of each item of a list."""
-    return [read(item) for item in value] if isinstance(value, list | tuple) else read(value)
 
 
 @contextmanager

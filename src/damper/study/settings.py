@@ -22,18 +22,17 @@ from pydantic_core import CoreSchema, core_schema
 
 from damper.observers import OBSERVERS, observer_class
 from damper.observers.common.settings import AxisPlace, Setting, Visibility
-from damper.parameters.names import split
 from damper.parameters.quantities import (
     ALL,
-    DIMENSIONLESS_ONLY,
     PARAMETER_NAMES,
     Quantity,
     quantities_in,
+    si_units,
 )
 from damper.parameters.setting import END
 from damper.parameters.tables import read_table
-from damper.parameters.unit_text import SIZES, number_in, split_unit
-from damper.parameters.units import AMPLITUDES, HERTZ, own_number
+from damper.parameters.unit_text import SIZES, each_number, number_in, split_unit
+from damper.parameters.units import HERTZ, own_number
 from damper.parameters.variables import SI_UNITS, SPEED
 from damper.study.axes import MOST_VALUES, grid, short
 from damper.study.fields import (
@@ -49,7 +48,6 @@ from damper.study.fields import (
     StrictModel,
     Text,
     Unit,
-    each_number,
     one_of,
     refused,
 )
@@ -130,15 +128,6 @@ _NUMBERS = {"value", "values", "start", "stop", "step", "range"}
 
 def _items(value: Any) -> list[Any]:
     return [item for item in value if item is not None] if isinstance(value, list) else [value]
-
-
-def si_units(quantity: Quantity) -> list[str]:
-    """Return the SI units that a quantity may be in; none of what is dimensionless only."""
-    if quantity.name == "force_amplitude":
-        return list(dict.fromkeys(unit for _, unit in AMPLITUDES.values()))
-    if (split(quantity.name) or (quantity.name,))[0] in DIMENSIONLESS_ONLY:
-        return []
-    return [SI_UNITS.get(quantity.units, quantity.units)]
 
 
 def texts_with_unit(entry: Any) -> Iterator[tuple[str, tuple[str, str]]]:
