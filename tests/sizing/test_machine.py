@@ -53,7 +53,8 @@ FRAME = {
             {"band": [40.0, 50.0]},
             ["band = [40, 50] Hz", "closed forms hold at the natural frequency, 31.83 Hz"],
         ),
-        ({"limit": 1e-4}, ["limit = 0.0001 m", "limit >= 0.181 mm", "mass of some 19.5 kg"]),
+        ({"limit": "0.1 s"}, ["limit: '0.1 s': has the unit 's': must be a number in m, or with"]),
+        ({"limit": "0.1 mm"}, ["limit = 0.0001 m", "limit >= 0.181 mm", "mass of some 19.5 kg"]),
     ],
 )
 def test_what_is_wrong_is_told_with_what_would_be_feasible(given: dict, words: list) -> None:

@@ -15,8 +15,9 @@ from pydantic import BeforeValidator, Field
 from damper.parameters.forcing import Record
 from damper.parameters.record_file import Reading
 from damper.parameters.setting import Setting
+from damper.parameters.unit_text import number_in
 from damper.parameters.unusual import USUAL, unusual
-from damper.study.fields import Line, NamedMapping, Pair, StrictModel, Text, Unit
+from damper.study.fields import Line, NamedMapping, Pair, StrictModel, Text, Unit, refused
 from damper.study.forcing import Columns, Letter
 from damper.study.messages import Mistakes
 from damper.study.settings import Assumed, Stated, check_origin, declared_class
@@ -88,7 +89,7 @@ SETTINGS = {
         choices=(AUTO, *COUNTS),
     ),
     "decay_to": Setting(0.1, "Part of the first peak to which decay is timed.", ge=1e-6, lt=1),
-    "limit": Setting(None, "Largest value of what counts that is allowed.", "m or s", gt=0),
+    "limit": Setting(None, "Largest value of what counts that is allowed.", "m, s or m/s2", gt=0),
 }
 if TYPE_CHECKING:
     Settings = Any
@@ -121,6 +122,12 @@ def _split(given: Any) -> Any:
         cells = (cell.strip() for cell in given.split(","))
         return [int(cell) if cell.isdecimal() else cell for cell in cells]
     return [given] if isinstance(given, int) else given
+
+
+def _counted(counts: Any, is_free: bool) -> str:
+    """Return the key of `COUNTS` that a machine's `counts` means."""
+    usual = "decay_time" if is_free else "peak_displacement"
+    return usual if counts == AUTO else str(counts)
 
 
 class Machine(Settings):  # type: ignore[misc]
@@ -164,6 +171,17 @@ class Machine(Settings):  # type: ignore[misc]
         NamedMapping("material", to="its restitution"),
         Field(description="In place of restitution: name -> restitution; the best is found."),
     ] = {}  # noqa: RUF012
+
+    @classmethod
+    def without_units(
+        cls, given: Mapping[str, Any], name: str | None, mistakes: Mistakes
+    ) -> dict[str, Any]:
+        read = super().without_units(given, name, mistakes)
+        counts = _counted(given.get("counts", AUTO), "initial_displacement" in given)
+        if "limit" in read and counts in COUNTS:
+            with refused(("limit",), mistakes):
+                read["limit"] = number_in("", read["limit"], [COUNTS[counts][1]])
+        return read
 
     @classmethod
     def check_keys(cls, given: Any, mistakes: Mistakes) -> None:
@@ -409,8 +427,7 @@ class Machine(Settings):  # type: ignore[misc]
     @property
     def measured(self) -> tuple[str, str, str]:
         """Of what counts: variable of a cube, unit, words."""
-        usual = "decay_time" if self.is_free else "peak_displacement"
-        variable, unit, words = COUNTS[usual if self.counts == AUTO else self.counts]
+        variable, unit, words = COUNTS[_counted(self.counts, self.is_free)]
         relative = self.acceleration_record is not None and unit == "m"
         return variable, unit, f"{words} from the base" if relative else words
 
