@@ -14,7 +14,7 @@ from studies import cube_of
 from damper.sizing import study
 from damper.sizing.answer import Design, _answer, _changes, _orbit, _without
 from damper.sizing.answer import cube_of as cube_of_study
-from damper.sizing.clauses import clauses_of
+from damper.sizing.clauses import Clause, clauses_of, table_of
 from damper.sizing.contact import STEEL, ball_diameter
 from damper.sizing.machine import machine_of, read_machine
 from damper.sizing.page import box, response
@@ -132,6 +132,22 @@ def test_each_clause_has_a_number_a_limit_and_a_verdict(found: Design) -> None:
     text = repr(found)
     assert re.search(r"\n +2\.5 .* outside of the band +≤ 1\.01 +\S+ +NO\n", text)
     assert sum(not one.passed for one in clauses.values() if one.warning) == len(found.warnings)
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "shown"),
+    [
+        (1.0511, 1.05, "1.051"),
+        (1.0499, 1.05, "1.05"),
+        (1.2, 1.05, "1.2"),
+        (1.05001, 1.05, "1.05001"),
+    ],
+)
+def test_a_value_that_does_not_pass_differs_from_its_limit_as_shown(
+    value: float, limit: float, shown: str
+) -> None:
+    table = table_of([Clause("3.1", "largest", value, "<=", limit)])
+    assert table[["limit", "value"]].values.tolist() == [["≤ 1.05", shown]]
 
 
 def test_the_hardest_impact_is_that_of_its_momentum_and_energy(found: Design) -> None:

@@ -40,17 +40,28 @@ class Clause(NamedTuple):
 
 def table_of(clauses: Sequence[Clause]) -> pd.DataFrame:
     """The checks as a table: clause, check, limit, value, passes."""
-    rows = [
-        {
-            "clause": one.number,
-            "check": one.what,
-            "limit": f"{_SHOWN[one.sign]} {text_of(one.limit, one.unit)}",
-            "value": text_of(one.value, one.unit),
-            "passes": "yes" if one.passed else "NO",
-        }
-        for one in clauses
-    ]
+    rows = []
+    for one in clauses:
+        limit, value = _told_apart(one)
+        rows.append(
+            {
+                "clause": one.number,
+                "check": one.what,
+                "limit": f"{_SHOWN[one.sign]} {limit}",
+                "value": value,
+                "passes": "yes" if one.passed else "NO",
+            }
+        )
     return pd.DataFrame(rows)
+
+
+def _told_apart(one: Clause) -> tuple[str, str]:
+    """Limit and value; a value that does not pass has the digits by which it differs."""
+    for digits in range(3, 9):
+        limit, value = (text_of(number, one.unit, digits) for number in (one.limit, one.value))
+        if one.passed or limit != value:
+            break
+    return limit, value
 
 
 def clauses_of(judge: WorstCase, damper: Sizes, numbers: Mapping[str, Any]) -> list[Clause]:
