@@ -214,7 +214,7 @@ def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> 
                   --force-amplitude 200 --band 28 36 --restitution 0.3 \\
                   --largest-mass 10 --largest-gap 5e-3 --quick
     """
-    from damper.sizing.answer import design, machine_from
+    from damper.sizing.answer import design, machine_from, opening
     from damper.sizing.page import prepare
     from damper.sizing.structures import structure_machine
     from damper.study.yaml_file import ConfigError
@@ -230,11 +230,10 @@ def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> 
         asked = machine_from(machine, over)
         folder = None if output is None else Path(path_of(output, "output", "folder"))
         older = prepare(folder, [machine, *asked.records]) if folder else []
-        if not quick:  # before the search; the card says it again
-            for text in asked.notes:
-                click.echo(f"! {text}", err=True)
+        first = opening(asked, quick)
+        click.echo(first)  # before the search, which takes its time
         found = design(asked, quick=quick)
-        click.echo(repr(found))
+        click.echo(repr(found).removeprefix(f"{first}\n"))
         if folder:
             found.save(folder)
     except (ValueError, TypeError, OSError, ConfigError) as error:

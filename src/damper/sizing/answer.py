@@ -186,17 +186,15 @@ class Design:
         return next(enough, most)
 
     def __repr__(self) -> str:
-        method = "closed forms alone" if self.quick else "exact runs"
-        words = self.machine.measured[2]
-        head = [f"{self.machine.title}: a damper against the {words} ({method})"]
         width = max(_WIDTH, *(len(text) + 1 for _, text, _ in self.lines))
         body = [f"  {text:<{width}}{value}" for _, text, value in self.lines]
-        more = [f"! {text}" for text in self.warnings]
+        more = [f"! {text}" for text in self.warnings[len(self.machine.notes) :]]
         tables = [
             f"{heading}. {text}\n{frame.to_string(index=False)}"
             for heading, text, frame in self.tables
         ]
-        return "\n".join([*head, *more, *body, *tables, *(f"- {text}" for text in self.assumed)])
+        first = opening(self.machine, self.quick)
+        return "\n".join([first, *more, *body, *tables, *(f"- {text}" for text in self.assumed)])
 
     def save(self, folder: str | os.PathLike[str]) -> None:
         """Write the page (HTML, Markdown), figures, CSV files and studies into a folder.
@@ -207,6 +205,13 @@ class Design:
         from damper.sizing.page import write
 
         write(self, Path(path_of(folder, "folder", "folder")))
+
+
+def opening(machine: Machine, quick: bool) -> str:
+    """First lines of a card, which are known before the search: title and notes."""
+    method = "closed forms alone" if quick else "exact runs"
+    head = f"{machine.title}: a damper against the {machine.measured[2]} ({method})"
+    return "\n".join([head, *(f"! {text}" for text in machine.notes)])
 
 
 def design(
