@@ -233,6 +233,7 @@ def test_a_machine_that_is_let_go(tmp_path: Path) -> None:
     assert 1.2 * momentum < found.impulse <= 1.4 * momentum  # restitutions of 0.2 to 0.4
     assert found.units["worst"] == "s"
     found.save(tmp_path)
+    assert "frequency" not in "".join(file.read_text() for file in tmp_path.glob("studies/*"))
     worst = cube_of(load_study(tmp_path / "studies/worst.yaml"))
     assert math.isclose(found.worst, float(worst.fall_time.squeeze()), rel_tol=1e-12)
     envelope = cube_of(load_study(tmp_path / "studies/envelope.yaml"))

@@ -290,8 +290,7 @@ def machine_from(machine: Any, given: Mapping[str, Any]) -> Machine:
 def _check_runs(judge: WorstCase) -> None:
     """Raise ValueError for runs that would not end, or have too many impacts."""
     m = judge.machine
-    periods = judge.run["periods"]
-    cycles = periods if m.is_free else m.rate / math.tau * m.record.end if m.is_recorded else 0
+    cycles = 0.0 if m.band else judge.seconds * m.rate / math.tau
     if cycles > _MOST_CYCLES:
         what = f"decay_to = {m.decay_to:g}: the decay" if m.is_free else "the record"
         raise ValueError(

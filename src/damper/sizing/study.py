@@ -193,19 +193,25 @@ class WorstCase:
         return _digits(np.concatenate([below, above[::-1]]))
 
     @property
-    def run(self) -> dict[str, Any]:
-        """How long runs are, in cycles."""
+    def seconds(self) -> float:
+        """How long runs in free motion or under a record are."""
         m = self.machine
-        if m.is_free:
-            alone = -math.log(m.decay_to) / m.damping_ratio if m.damping_ratio else math.inf
-            most = m.largest_mass
-            slowest = (Sizes(most, self.closed_form_gap(most, r), r) for r in m.restitutions)
-            longest = m.rate * max(map(self._decay_time, slowest))
-            cycles = min(1.1 * alone, _SLOWER * longest) / (2.0 * math.pi)
-            return {"transient": 0, "periods": math.ceil(cycles) + 5}
         if m.is_recorded:  # an rms is over the record, a peak may follow it
             after = 0.0 if m.counts == "rms_displacement" else _AFTER * math.tau / m.rate
-            return {"transient": 0, "periods": {"time": rounded(m.record.end + after, 8)}}
+            return rounded(m.record.end + after, 8)
+        alone = -math.log(m.decay_to) / m.damping_ratio if m.damping_ratio else math.inf
+        most = m.largest_mass
+        slowest = (Sizes(most, self.closed_form_gap(most, r), r) for r in m.restitutions)
+        longest = m.rate * max(map(self._decay_time, slowest))
+        cycles = min(1.1 * alone, _SLOWER * longest) / math.tau + 5.0
+        return rounded(math.tau * cycles / m.rate, 8)
+
+    @property
+    def run(self) -> dict[str, Any]:
+        """How long runs are: in cycles, or in s where no frequency drives."""
+        m = self.machine
+        if m.band is None:
+            return {"transient": 0, "periods": {"time": self.seconds}}
         # The damping that impacts add falls with the amplitude's distance from the best one.
         rate = m.damping_ratio + 0.15 * m.largest_mass / m.mass
         transient = math.ceil(_DIES / (2.0 * math.pi * rate))
@@ -264,10 +270,9 @@ class WorstCase:
         """Quantities that no damper changes."""
         m = self.machine
         if m.is_free:
-            start, rate = m.initial_displacement, m.rate
-            own = {"forcing_frequency": rate, "initial_displacement": start}
-            return m.primary | own | {_SPEED: rounded(_STIRRED * rate * start)}
-        if m.is_recorded:  # it has no frequency: a cycle is a second
+            own = {"initial_displacement": (start := m.initial_displacement)}
+            return m.primary | own | {_SPEED: rounded(_STIRRED * m.rate * start)}
+        if m.is_recorded:
             return m.primary
         return m.primary | {_SPEED: rounded(_STIRRED * m.rate * self.least)}
 
@@ -442,7 +447,7 @@ class WorstCase:
 
     def envelope(self, damper: Sizes) -> dict[str, Any]:
         """The study of all peaks of the free motion of the damper as built."""
-        count = min(2 * self.run["periods"] + 2, _PEAKS)
+        count = min(math.ceil(self.seconds * self.machine.rate / math.pi) + 2, _PEAKS)
         observers = {"decay": {"half_cycles": count, "parts": [self.machine.decay_to]}}
         fixed = self.fixed | self.sizes(damper) | {"initial_position": 0.5}
         return self._study("every peak", {}, fixed, observers)
