@@ -79,8 +79,11 @@ def test_a_value_that_few_machines_have_is_asked_about_and_taken() -> None:
 
 def test_each_mistake_has_a_line() -> None:
     with pytest.raises(ValueError, match=r".") as error:
-        damper.design(**FRAME | {"mass": -1.0, "restitution": "a"}, quick=True)
-    mass, restitution = sorted(str(error.value).splitlines())
+        given = {"mass": -1.0, "restitution": "a", "stiffness": "4 kg", "largest_gap": "0,5 mm"}
+        damper.design(**FRAME | given, quick=True)
+    gap, mass, restitution, stiffness = sorted(str(error.value).splitlines())
+    assert gap == "largest_gap: '0,5 mm': has a decimal comma: must be '0.5 mm'"
+    assert stiffness.startswith("stiffness: '4 kg': has the unit 'kg': must be a number in N/m")
     assert mass == "mass: out of range (value: -1.0): must be number >= 1e-09 and <= 1e+12"
     assert restitution.startswith("restitution: not a number (value: 'a'): must be number >= 0")
     with pytest.raises(TypeError, match=r"^machine = 3: must be the path of a YAML file, or a map"):

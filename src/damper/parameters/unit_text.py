@@ -28,6 +28,8 @@ SIZES: dict[str, dict[str, str]] = {
 #: Other spellings.
 _SPELT = {"²": "2", "^2": "2", "µ": "u", "μ": "u", "°": "degree", "*": " ", "·": " "}
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?+)\s*([A-Za-zµμ°%].*?)\s*")
+#: A number with a decimal comma, and a unit or none.
+_COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?+\s*(?:[A-Za-zµμ°%].{0,20})?")
 
 
 def split_unit(value: Any) -> tuple[str, str] | None:
@@ -62,7 +64,7 @@ def number_in(name: str, value: Any, units: Sequence[str]) -> Any:
     Raises
     ------
     ValueError
-        When the unit does not go with the quantity.
+        When the unit does not go with the quantity, or the number has a decimal comma.
 
     Examples
     --------
@@ -76,6 +78,9 @@ def number_in(name: str, value: Any, units: Sequence[str]) -> Any:
     ValueError: gap = '20 mn': has the unit 'mn': must be a number in m, or with one of the units \
 m, mm, cm, um, km, in
     """
+    if isinstance(value, str) and _COMMA.fullmatch(value):
+        point = value.replace(",", ".")
+        raise ValueError(f"{name} = {value!r}: has a decimal comma: must be {point!r}")
     if (parts := split_unit(value)) is None:
         return value
     number, unit = parts

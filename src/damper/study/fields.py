@@ -127,14 +127,17 @@ class StrictModel(BaseModel):
         if alone:
             data = {cls.shorthand: data}
         mistakes = Mistakes()
+        refused_units: set[Loc] = set()
         with mistakes.at(of=cls, name=info.context):
             if isinstance(data, dict):
                 data = cls.without_units(data, info.context, mistakes)
-            if not mistakes:
+                refused_units = {line["loc"][:1] for line in mistakes.lines}
+            if () not in refused_units:
                 if isinstance(data, dict):
                     cls.check_keys(data, mistakes)
                 model = handler(_as_read(cls, data))
                 model.check_together(mistakes)
+        mistakes.keep_first(refused_units)
         if alone:
             mistakes.lines = [line | {"loc": line["loc"][1:]} for line in mistakes.lines]
         mistakes.raise_any()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -66,6 +66,17 @@ class Mistakes:
             for below, report in mistakes_of(error, **where):
                 self.add(below, **report)
         self.lines = before + [line | {"loc": (*loc, *line["loc"])} for line in self.lines]
+
+    def keep_first(self, keys: Collection[Loc]) -> None:
+        """Of each of these keys drop all mistakes after its first one."""
+        seen: set[Loc] = set()
+        kept = []
+        for line in self.lines:
+            key = line["loc"][:1]
+            if key not in seen or key not in keys:
+                kept.append(line)
+            seen.add(key)
+        self.lines = kept
 
     def raise_any(self) -> None:
         """Raise what was noted, if anything."""
