@@ -103,6 +103,7 @@ def test_one_thing_has_one_colour_in_all_figures_and_on_the_page() -> None:
     things = {style.PRIMARY: x, style.FREE_MASS: y, style.RELATIVE: y - x}
     things[style.WITHOUT] = place.trajectory_alone.values
     assert len({*things}) == 4
+    assert not {*style.COLOURS} & {*things}
     seen = set()
     for kind, settings in {
         "trajectory": {},

@@ -94,7 +94,10 @@ def test_figures_and_tables(cube, tmp_path):
         lines = [len(ax.lines) for ax in figure.axes]
         assert lines == ([2, 2] if made.panels else [2])
         if made.panels:
-            assert [ax.get_title() for ax in figure.axes] == ["gap: 0.04 m", "gap: 9 m"]
+            assert [ax.get_title() for ax in figure.axes] == ["gap: 40 mm", "gap: 9 m"]
+        head = figure.get_suptitle().replace("\n", " ")
+        fixed = "restitution: 0.6, force amplitude: 2 N, forcing frequency: 1 Hz"
+        assert f"mode 2 frequency: 5 Hz, free mass: 0.1 kg, {fixed}" in head
     table = study.table_kinds.module("values").make({"cube": cube}, study.tables["peaks"])
     assert len(table.data) == 4
     assert table.data[["peak_displacement, point tip", "input_power"]].notna().all(axis=None)

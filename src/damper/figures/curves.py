@@ -10,7 +10,7 @@ from pydantic import Field
 
 from damper.analysis.reduction import BEST, MEDIAN, REDUCTIONS, least, reduced, runs_over
 from damper.figures.common import layout, panels
-from damper.figures.common.style import BLACK, BLUE, COLUMN, RATIOS, SYMBOLS, label
+from damper.figures.common.style import BLACK, BLUE, COLUMN, RATIOS, SYMBOLS, label, shades
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.study import products
@@ -223,13 +223,13 @@ def _handles(
     if variables[0] + BEST in place:
         colour = BLACK if settings.lines else BLUE
         if settings.lines or settings.panels or not settings.best:
-            handles.append(panels.legend_line(of, **_style(0, 1)))
+            handles.append(panels.legend_line(of, **_SINGLE))
         if variables[0] + MEDIAN in place and not settings.lines:
             handles.append(panels.legend_line("their median", **_MEDIAN))
         handles.append(panels.legend_patch("their best to their worst", color=colour, **_BAND))
     if any(name + _UNDAMPED in place or name in RATIOS for name in variables):
         if not (settings.lines or settings.band or settings.best or settings.panels):
-            handles.append(panels.legend_line("with damper", **_style(0, 1)))
+            handles.append(panels.legend_line("with damper", **_SINGLE))
         handles.append(panels.legend_line("without damper", **REFERENCE))
     if settings.best is not None:
         handles.append(panels.legend_line("where a line is highest", **_WORST))
@@ -261,6 +261,7 @@ def _shown(cube: xr.Dataset, settings: Curves) -> tuple[xr.Dataset, list[str]]:
 
 #: Ending of the name of an amplitude without damper.
 _UNDAMPED = "_undamped"
+_SINGLE: dict[str, Any] = {"color": BLACK, "ls": "-", "lw": 1.1}
 _WORST: dict[str, Any] = {"ls": "", "marker": "o", "ms": 3.5, "color": BLACK}
 _MEDIAN: dict[str, Any] = {"color": BLUE, "ls": "-", "lw": 0.7, "zorder": 1.9}
 _GUIDE: dict[str, Any] = {"color": "#777777", "ls": (0, (1.0, 1.5)), "lw": 1.0, "zorder": 1.5}
@@ -280,6 +281,7 @@ def _lines(
     along, lines, best = settings.along, settings.lines, settings.best
     values = place[lines].values.tolist() if lines else [None]
     drawn = []
+    colours = shades(len(values))
     for index, value in enumerate(values):
         line, texts = place, []
         if lines is not None:
@@ -295,9 +297,10 @@ def _lines(
                 texts.append(f"highest at {layout.place_text(place, along, at)}")
             if of and not lines and not settings.panels:
                 texts.insert(0, of)
-        style = _style(index, len(values)) | {"label": ", ".join(texts) or None}
-        if not settings.panels:  # its end says which line it is
-            style["ls"] = "-"
+        style: dict[str, Any] = {"label": ", ".join(texts) or None}
+        # Where there are no panels, its end says which line it is.
+        dashes = _DASHES[index % len(_DASHES)] if settings.panels else "-"
+        style |= _SINGLE | {"color": colours[index], "ls": dashes}
         if place.sizes[along] <= _FEW:
             style |= {"marker": "o", "ms": 2.2, "clip_on": False}
         drawn.append((line, style))
@@ -309,17 +312,6 @@ def _best(array: xr.DataArray, along: str, best: str) -> float:
     # NaN where some run stopped.
     greatest = layout.numbers(array, best, along).max(axis=1)
     return float(array[best].values[least(greatest)])
-
-
-def _style(index: int, count: int) -> dict[str, Any]:
-    """Colours from dark to light, and dashes in turn: lines differ in grey as well."""
-    from matplotlib import colormaps
-
-    if count == 1:
-        return {"color": BLACK, "ls": "-", "lw": 1.1}
-    # The lightest colours of the map are lost on white paper.
-    shade = 0.8 * index / (count - 1)
-    return {"color": colormaps["cividis"](shade), "ls": _DASHES[index % len(_DASHES)], "lw": 1.1}
 
 
 def _ordinates(array: xr.DataArray, along: str, log: bool) -> np.ndarray:

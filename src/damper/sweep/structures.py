@@ -60,14 +60,22 @@ def structure_cube(
     axes: Mapping[str, tuple[Sequence[float], str, str]],
     points: Sequence[str],
     attributes: Mapping[str, Any],
+    fixed: Mapping[str, tuple[float, str, str]] | None = None,
 ) -> xr.Dataset:
-    """Make a cube of arrays that have the axes first; of each values, their unit, and words."""
+    """Make a cube of arrays that have the axes first.
+
+    Of each axis the values, their unit, and words; of what is `fixed` the value.
+    """
     data = {
         v.name: described(v, arrays[v.name], tuple(axes)) for v in VARIABLES if v.name in arrays
     }
     coords: dict[str, Any] = {
         name: (name, list(values), {"long_name": words, "units": unit})
         for name, (values, unit, words) in axes.items()
+    }
+    coords |= {
+        name: ((), value, {"long_name": words, "units": unit})
+        for name, (value, unit, words) in (fixed or {}).items()
     }
     coords |= {"point": list(points), "mode": np.arange(1, arrays["mean_energy"].shape[-1] + 1)}
     coords["body"] = np.arange(arrays["impact_power"].shape[-1])

@@ -30,8 +30,8 @@ BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, YELLOW, BLACK = "#56B4E9", "#CC79A7", "#F0E442", "#000000"
 #: One colour for one thing in all figures, and on the page of results.
 PRIMARY, FREE_MASS, RELATIVE, WITHOUT = BLACK, VERMILION, GREEN, "#BBBBBB"
-#: Of lines, in turn.
-COLOURS = (BLACK, BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
+#: Of lines of other things, in turn.
+COLOURS = (BLUE, ORANGE, PURPLE, SKY, "#7A7200", "#5B4636", "#8F3B6C")
 
 #: Width of one and of two printed columns, in inches.
 COLUMN, PAGE = 3.5, 7.2
@@ -199,6 +199,16 @@ def in_unit(factor: float) -> Formatter:
         made.set_scientific(False)
         made.set_useOffset(False)
     return made
+
+
+def shades(count: int) -> list[Any]:
+    """Colours of lines over the values of an axis: from dark to light, black for a single one."""
+    from matplotlib import colormaps
+
+    if count == 1:
+        return [BLACK]
+    # The lightest colours of the map are lost on white paper.
+    return [colormaps["cividis"](0.8 * index / (count - 1)) for index in range(count)]
 
 
 def mirror_kind(name: str) -> tuple[object, ...]:

@@ -41,10 +41,11 @@ def gather(
     axes: Mapping[str, tuple[Sequence[float], str, str]],
     points: Sequence[str],
     attributes: Mapping[str, Any],
+    fixed: Mapping[str, tuple[float, str, str]],
 ) -> xr.Dataset:
     """Put the parts together along the first axis."""
     whole = {
         name: np.stack([part.arrays[name] for part in parts]) if axes else array
         for name, array in parts[0].arrays.items()
     }
-    return structure_cube(whole, axes, points, attributes)
+    return structure_cube(whole, axes, points, attributes, fixed)

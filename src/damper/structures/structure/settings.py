@@ -19,6 +19,8 @@ from damper.parameters.structural import StructureParameters
 from damper.parameters.structure import Structure
 from damper.parameters.structure_results import DIMENSIONS, MOST_POINTS, VARIABLES
 from damper.parameters.tables import WALL_TABLES
+from damper.parameters.unit_text import SIZES, number_in, split_unit
+from damper.parameters.units import HERTZ
 from damper.study.fields import NamedMapping, StrictModel, Text
 from damper.study.forcing import FORCES, ForceEntry
 from damper.study.jobs import Job
@@ -340,6 +342,7 @@ class StructureStudy(StudyFile):
             },
             "points": list(self.damper.structure.points),
             "attributes": self.attributes(),
+            "fixed": self.fixed,
         }
         return {"cube.nc": Job(f"{_HERE}.runs", settings, needs=tuple(self._split[0]))}
 
@@ -359,7 +362,29 @@ class StructureStudy(StudyFile):
 
     @property
     def units(self) -> dict[str, str]:
+        return {name: axis.unit or self._unit(name) for name, axis in self.axes.items()}
+
+    def _unit(self, name: str) -> str:
+        if name == "force_amplitude":
+            return str(self.damper.forcing.si_unit)
+        return str(self.damper.quantity_of(name).units.replace("1", ""))
+
+    @property
+    def fixed(self) -> dict[str, tuple[float, str, str]]:
+        """Value, unit and words of each number that is given and no axis changes."""
+        given: dict[str, Any] = {}
+        for k, one in enumerate(self.masses):
+            given |= {f"{name}_{k}": value for name, value in one.items() if name != "box"}
+        given |= {n: v for n, v in self.parameters.items() if f"{n}_0" not in given}
         found = {}
-        for name, axis in self.axes.items():
-            found[name] = axis.unit or self.damper.quantity_of(name).units.replace("1", "")
+        for name, value in given.items():
+            if name in self.axes or name.startswith(tuple(WALL_TABLES)):
+                continue
+            unit = self._unit(name)
+            _, own = split_unit(value) or ("", "")
+            if unit == "rad/s" and own in SIZES[HERTZ]:
+                number, unit = number_in(name, value, [HERTZ]), HERTZ
+            else:
+                number = self.damper.value_of(name)
+            found[name] = (number, unit, self.damper.words_of(name))
         return found

@@ -9,8 +9,9 @@ from pydantic import Field
 
 from damper.analysis.labels import label_of
 from damper.figures.common import panels
-from damper.figures.common.style import COLOURS, label
+from damper.figures.common.style import COLOURS, label, shades, units_text
 from damper.parameters.lazy import Axes, Figure, xr
+from damper.parameters.units import handy
 from damper.study.fields import DistinctList, Text
 from damper.study.products import Caption
 from damper.study.study_file import ProductBase, See
@@ -65,7 +66,13 @@ def draw(results: Mapping[str, Any], settings: StructureLines) -> Figure:
         if settings.panels is not None:
             ax.set_title(_text(part, settings.panels), pad=3.0)
     made = [panels.legend_line(text, **style) for text, style in handles.items() if text]
-    return panels.finish(figure, whole, settings.caption, made)
+    if settings.panels is None and made:  # the ends say which line it is
+        (ax,) = axes
+        panels.label_ends(ax, ax.lines, list(handles), _HEIGHTS[1])
+        made = []
+    alone = [n for n in map(str, whole.coords) if cube[n].ndim == 0]
+    remarks = [_text(cube, n) for n in alone if n != "body" or whole.sizes[n] > 1]
+    return panels.finish(figure, whole.drop_vars(alone), settings.caption, made, remarks)
 
 
 def at_place(cube: xr.Dataset, at: Mapping[str, Any]) -> xr.Dataset:
@@ -80,11 +87,11 @@ def _each(cube: xr.Dataset, dim: str) -> list[xr.Dataset]:
 
 
 def _text(part: xr.Dataset, dim: str) -> str:
-    value = part[dim].item()
-    shown = value if isinstance(value, str) else f"{value:g}"
-    unit = part[dim].attrs.get("units", "")
-    words = _words(part, dim)
-    return f"{words}: {shown} {unit}".strip() if unit else f"{words} {shown}"
+    value, words = part[dim].item(), _words(part, dim)
+    if isinstance(value, str) or "units" not in part[dim].attrs:
+        return f"{'mass' if dim == 'body' else words} {value}"
+    size, unit = handy(value, part[dim].attrs["units"])
+    return f"{words}: {value / size:g} {units_text(unit)}".strip()
 
 
 def _words(cube: xr.Dataset, dim: str) -> str:
@@ -94,10 +101,12 @@ def _words(cube: xr.Dataset, dim: str) -> str:
 def _panel(ax: Axes, part: xr.Dataset, name: str, settings: StructureLines) -> dict[str, Any]:
     parts = [part] if settings.lines is None else _each(part, settings.lines)
     found = {}
+    ordered = settings.lines is None or "units" in part[settings.lines].attrs
+    colours = shades(len(parts)) if ordered else COLOURS
     for k, one in enumerate(parts):
         text = "" if settings.lines is None else _text(one, settings.lines)
-        dashes = _DASHES[k // len(COLOURS) % len(_DASHES)]
-        style: dict[str, Any] = {"color": COLOURS[k % len(COLOURS)], "lw": 0.9, "ls": dashes}
+        dashes = _DASHES[k // len(colours) % len(_DASHES)]
+        style: dict[str, Any] = {"color": colours[k % len(colours)], "lw": 0.9, "ls": dashes}
         x = one["time"] if settings.along == "instant" else one[settings.along]
         ax.plot(x.values, one[name].values, **style)
         found[text] = style
