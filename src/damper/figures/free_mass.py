@@ -21,6 +21,7 @@ from damper.figures.common.style import (
     RELATIVE,
     YELLOW,
     label,
+    units_text,
 )
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.names import counted
@@ -137,18 +138,20 @@ def draw(results: Mapping[str, Any], settings: FreeMass) -> Figure:
         for ax in right:
             panels.note_empty_panel(ax, "no burst in this stretch")
     else:
-        _dimensions(right[0], chosen)
+        _dimensions(right[0], chosen, units_text(units))
         _impacts(right[4], run, chosen)
         right[0].set_xlim(*_window(chosen))
     for ax in (left[4], right[4]):
         ax.set_xlabel(label("time", "$t$", units))
     handles = _handles(bursts, bool((run.trajectory_mode == _STICKING).any()))
     if settings.stated is not None:
-        handles.append(_draw_stated(left[4], right, settings.stated))
+        handles.append(_draw_stated(left[4], right, settings.stated, units_text(units)))
     return panels.finish(figure, place, settings.caption, handles, _left_out(place))
 
 
-def _draw_stated(durations: Axes, large: Sequence[Axes], stated: tuple[float, float]) -> Artist:
+def _draw_stated(
+    durations: Axes, large: Sequence[Axes], stated: tuple[float, float], units: str
+) -> Artist:
     """Draw the stated burst among the durations and as a bracket; return its legend entry."""
     onset, end = stated
     durations.plot(onset, end - onset, ls="", zorder=5.0, **_STATED | {"ms": 7.0})
@@ -156,8 +159,10 @@ def _draw_stated(durations: Axes, large: Sequence[Axes], stated: tuple[float, fl
     durations.set_ylim(low, max(high, 1.12 * (end - onset)))
     for ax in (large[0], large[-1]):  # elsewhere it would lie on a wall
         ax.plot([onset, end], [0.04, 0.04], transform=ax.get_xaxis_transform(), **_STATED)
-    words = f"as the paper's text states: onset {onset:g}, duration {end - onset:g}"
-    return panels.legend_line(words, **_STATED)
+    times = (
+        f"{word} {value:g} {units}" for word, value in (("onset", onset), ("duration", end - onset))
+    )
+    return panels.legend_line(f"as the paper's text states: {', '.join(times)}", **_STATED)
 
 
 def _panels(run: xr.Dataset) -> dict[str, np.ndarray]:
@@ -218,28 +223,28 @@ def _shade(
     ax.broken_barh(shown, (0.0, 1.0), transform=ax.get_xaxis_transform(), **style)
 
 
-def _dimensions(ax: Axes, burst: Burst) -> None:
+def _dimensions(ax: Axes, burst: Burst, units: str) -> None:
     """Write onset, duration and sticking of the burst above the panel, all from the window."""
     wall = "right" if burst.wall > 0 else "left"
-    visible = counted(burst.visible, "visible impact")
-    first = f"onset $t$ = {burst.onset:.3f}, {wall} wall, {visible}"
+    first = f"onset $t$ = {burst.onset:.3f} {units}, {wall} wall"
+    first += "" if burst.complete else ", no sticking"
     kind = "complete " if burst.complete else "incomplete "
     kind += "chatter" if burst.chatter else "burst, no chatter"
-    kind += "" if burst.complete else "; no sticking follows"
+    kind += f", {counted(burst.visible, 'visible impact')}"
     panels.title(ax, f"{first}\n{kind}", fontsize=7.0, pad=23.0)
     over = ax.get_xaxis_transform()
     for moment in (burst.onset, burst.end):
         ax.plot([moment, moment], [0.0, 1.1], transform=over, clip_on=False, **_MARK)
-    spans = [(burst.onset, burst.end, f"duration {burst.duration:.3f}", "center")]
+    spans = [(burst.onset, burst.end, f"duration {burst.duration:.3f} {units}", "left")]
     if burst.release > burst.end:
-        spans.append((burst.end, burst.release, f"sticking {burst.sticking:.3f}", "right"))
+        spans.append((burst.end, burst.release, f"sticking {burst.sticking:.3f} {units}", "right"))
         ax.plot([burst.release] * 2, [0.0, 1.1], transform=over, clip_on=False, **_MARK)
     for start, end, words, place in spans:
         arrow = {"arrowstyle": "<->", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 6.0}
         ends: dict[str, Any] = {"xycoords": over, "textcoords": over, "annotation_clip": False}
         ax.annotate("", (end, 1.08), (start, 1.08), arrowprops=arrow | _MARK, **ends)
-        middle = 0.5 * (start + end) if place == "center" else _window(burst)[1]
-        ax.text(middle, 1.13, words, transform=over, ha=place, va="bottom", fontsize=7.0)
+        at = start if place == "left" else _window(burst)[1]
+        ax.text(at, 1.13, words, transform=over, ha=place, va="bottom", fontsize=7.0)
 
 
 def _impacts(ax: Axes, run: xr.Dataset, burst: Burst) -> None:

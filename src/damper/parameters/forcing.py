@@ -691,8 +691,12 @@ def forcing_of(settings: Mapping[str, Any], file: str | os.PathLike[str] | None 
     return kind(**given)
 
 
-#: Units of the settings of a force that a damper in SI units has.
-_UNITS = {"step": " s", "duration": " s", "band": " rad/s"}
+#: Units of a force's settings, of a dimensionless damper and in SI units.
+_UNITS = {
+    "step": (" √(M/K)", " s"),
+    "duration": (" √(M/K)", " s"),
+    "band": (" √(K/M)", " rad/s"),
+}
 
 
 def force_text(settings: Mapping[str, Any], si: bool = False) -> str:
@@ -702,6 +706,8 @@ def force_text(settings: Mapping[str, Any], si: bool = False) -> str:
 
     Examples
     --------
+    >>> force_text({"kind": "noise", "step": 0.1, "duration": 50.0, "band": [0.5, 2.0]})
+    'noise, step 0.1 √(M/K), duration 50 √(M/K), band 0.5 to 2 √(K/M)'
     >>> force_text(Harmonics((1, 3), (1.0, 0.2)).settings)
     'harmonics, orders 1 and 3, amplitudes 1 and 0.2, phases 0 and 0'
     """
@@ -717,7 +723,7 @@ def force_text(settings: Mapping[str, Any], si: bool = False) -> str:
             elif value == EACH_DRAW:
                 words.append(f"a {name} each draw")
             else:
-                units = _UNITS.get(name, "") if si else ""
+                units = _UNITS.get(name, ("", ""))[si]
                 words.append(f"{text} samples" if name == "samples" else f"{name} {text}{units}")
     return ", ".join(words)
 
