@@ -205,6 +205,19 @@ def said(browser: Browser, name: str, text: str) -> str:
     return browser.value(shown)
 
 
+def test_the_form_says_which_number_is_wrong(browser: Browser) -> None:
+    told = "document.getElementById('own-said').textContent"
+    for value, words in ((-1, "gap, mm: must be a number, at least 1e-6."), (0.9, "It moves 0.2")):
+        browser.value(
+            f"""(() => {{
+                const field = document.querySelector('#own [name=gap]');
+                field.value = {value};
+                field.dispatchEvent(new Event('input', {{ bubbles: true }}));
+            }})()"""
+        )
+        browser.wait(f"{told}.startsWith({words!r})", 60.0)
+
+
 def test_a_click_shows_the_run_there(browser: Browser) -> None:
     browser.value(f"{figure('map')}.scrollIntoView()")
     x, y = browser.value(

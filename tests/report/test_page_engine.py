@@ -153,3 +153,6 @@ def test_the_machine_of_the_form_moves_as_its_periodic_orbit(browser: Browser) -
     assert found["peak"] == pytest.approx(orbit.peak * size, rel=1e-3)
     assert found["impacts"] == pytest.approx(2.0, abs=0.05)
     assert found["alone"] == pytest.approx(25.0 * size, rel=1e-12)
+    far = browser.value(f"damper.machine({json.dumps(given | {'gap': 1e3})})")  # no wall comes
+    assert far["peak"] == pytest.approx(far["alone"], rel=1e-3)
+    assert far["impacts"] == 0

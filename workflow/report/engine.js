@@ -285,10 +285,11 @@ damper.machine = ({ mass, hertz, damping, force, free, gap, restitution }) => {
   const run = (start) => {
     let peak = 0, impacts = 0;
     const see = (s) => {
-      if (s.cycles < before) return;
-      impacts += s.cause === IMPACT;
-      const count = Math.ceil(100 * s.duration / model.cycle);
-      const times = Array.from({ length: count + 1 }, (_, k) => k / Math.max(count, 1) * s.duration);
+      const first = Math.max((before - s.cycles) * model.cycle - s.time, 0), length = s.duration - first;
+      if (length < 0) return;
+      impacts += s.cause === IMPACT && !first;
+      const count = Math.ceil(100 * length / model.cycle);
+      const times = Array.from({ length: count + 1 }, (_, k) => first + k / Math.max(count, 1) * length);
       for (const [x] of damper.motion(model, s, times)) peak = Math.max(peak, Math.abs(x));
     };
     const work = damper.stepwise(model, start, before + cycles, see, 2e5);

@@ -559,7 +559,7 @@ damper.draw = (place) => {
     for (let k = 0; k <= 24; k++) pen.lineTo(left * k / 24, 40 + (k % 24 && (k % 2 ? 8 : -8)));
     pen.stroke();
     const ratio = walls ? travel / walls / (0.22 * wide / moving.peak) : 1, times = show(Number(ratio.toPrecision(2)));
-    scale.textContent = `The motion in the box is drawn ${times} times as large as that of the box. Time ${time.toPrecision(3)}`;
+    scale.textContent = `The motion in the box is drawn ${times} times as large as that of the box. Time ${time.toPrecision(3)} ${pretty(data.si ? "s" : "sqrt(M/K)")}`;
     pen.fillStyle = FREE_MASS;
     pen.beginPath();
     pen.arc(centre + (walls ? (b - a) / walls * travel : 0), 40, radius, 0, 7);
@@ -678,7 +678,12 @@ damper.draw = (place) => {
 const own = document.getElementById("own");
 const machine = () => {
   const said = document.getElementById("own-said");
-  if (!own.checkValidity()) { said.textContent = "Each number must be within its range."; return; }
+  const wrong = own.querySelector("input:invalid");
+  if (wrong) {
+    const { min, max } = wrong, range = max ? `from ${min} to ${max}` : `at least ${min}`;
+    said.textContent = `${wrong.parentNode.textContent.trim()}: must be a number, ${range}.`;
+    return;
+  }
   const given = Object.fromEntries([...new FormData(own)].map(([name, value]) => [name, Number(value)]));
   const found = damper.machine({ ...given, damping: given.damping / 100, gap: given.gap / 1e3 });
   const mm = (value) => `${Number((value * 1e3).toPrecision(3))} mm`;
