@@ -164,6 +164,17 @@ def test_laws_of_noise_are_for_noise_alone(tmp_path: Path) -> None:
         load(tmp_path, "harmonic", shown, text)
 
 
+def test_times_and_bands_of_a_study_in_si_units_may_have_units(tmp_path: Path) -> None:
+    units = "{kind: noise, seed: 1, step: 100 ms, duration: 1 min, band: [0.5 rad/s, 2 rad/s]}"
+    text = SI_STUDY.replace("{}", "primary_mass: 2, damping: 4, stiffness: 200, free_mass: 0.2")
+    text = text.replace("periods: 4", "periods: {time: 4000 ms}")
+    text = text.replace("restitution", "force_amplitude: 1, restitution")
+    made = load(tmp_path, units, text=text)
+    assert made.force == damper.Noise(1, 0.1, 60.0, (0.5, 2.0))
+    assert made.periods.time == 4.0
+    assert SCHEMA.is_valid(yaml.safe_load(written(tmp_path, units, text=text)))
+
+
 def test_each_draw_has_a_noise_of_its_own(tmp_path: Path) -> None:
     text = STUDY.replace("[0.5, 1, 2]", "[1]")
     study = load(tmp_path, NOISE % "draw", "draws: {count: 3, seed: 1}\n", text)

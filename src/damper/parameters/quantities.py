@@ -145,5 +145,5 @@ def si_units(quantity: Quantity) -> list[str]:
     if quantity.name == "force_amplitude":
         return list(dict.fromkeys(unit for _, unit in AMPLITUDES.values()))
     if (split(quantity.name) or (quantity.name,))[0] in DIMENSIONLESS_ONLY:
-        return []
+        return ["1"] if quantity.units == "1" else []
     return [SI_UNITS.get(quantity.units, quantity.units)]

@@ -181,7 +181,7 @@ def _numeric(cls: type[StrictModel]) -> frozenset[str]:
 def _units(cls: type[StrictModel]) -> dict[str, str]:
     """Return the SI units of the settings with numbers; 1 of those without a unit."""
     notes = ((k, n) for k, field in cls.model_fields.items() for n in field.metadata)
-    found = {k: n.text for k, n in notes if getattr(n, "keyword", "") == "unit"}
+    found = {k: n.text for k, n in notes if getattr(n, "keyword", "") in ("unit", "si_unit")}
     units = {key: found.get(key, "1") for key in _numeric(cls)}
     return {key: unit for key, unit in units.items() if unit in SIZES}
 
@@ -229,6 +229,8 @@ class SchemaNote:
 
 Unit = partial(SchemaNote, "unit")
 """The unit of a number, for the reference and for editors."""
+SIUnit = partial(SchemaNote, "si_unit")
+"""The unit that a number may have in a study in SI units; in others it has none."""
 Rule = partial(SchemaNote, "$comment")
 """Allowed values in words, beside the bounds."""
 

@@ -19,7 +19,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema, create_model
 from pydantic_core import PydanticCustomError
 
 from damper.parameters.forcing import EACH_DRAW, FORCINGS, Forcing, Noise, Record, forcing_of
-from damper.study.fields import OrWord, Pair, StrictModel, Text, one_of
+from damper.study.fields import OrWord, Pair, SIUnit, StrictModel, Text, one_of
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.schema import Schema, first_line
@@ -127,6 +127,8 @@ class NoiseEntry(ForceEntry):
 
 
 _NOWHERE = Path()
+#: Units that settings of a force may have in a study in SI units.
+_SI_UNITS = {"step": "s", "duration": "s", "band": "rad/s"}
 
 
 @cache
@@ -135,8 +137,8 @@ def force_entry(kind: str) -> type[ForceEntry]:
     declared = FORCINGS[kind]
     hints, meanings = get_type_hints(declared), _meanings(declared)
     known: Any = Literal[kind]
-    about = _Named.model_fields["kind"].description
-    given: dict[str, Any] = {"kind": (Annotated[known, Field(description=about)], ...)}
+    kinds = Field(description=_Named.model_fields["kind"].description)
+    given: dict[str, Any] = {"kind": (Annotated[known, kinds], ...)}
     for one in fields(declared):
         of: Any = _type(hints[one.name])
         default = ... if one.default is MISSING else one.default
@@ -145,13 +147,16 @@ def force_entry(kind: str) -> type[ForceEntry]:
         if declared is Noise and one.name == "seed":
             of = Annotated[of, OrWord(EACH_DRAW)]
             meanings[one.name] += f" `{EACH_DRAW}`: in each draw another one, by the seed of draws."
-        given[one.name] = Annotated[of, Field(description=meanings.get(one.name, ""))], default
+        own = [SIUnit(_SI_UNITS[one.name])] if one.name in _SI_UNITS else []
+        about = Field(description=meanings.get(one.name, ""))
+        given[one.name] = Annotated[of, about, *own], default
     bases: dict[type[Forcing], type[ForceEntry]] = {Record: RecordEntry, Noise: NoiseEntry}
     base = bases.get(declared, ForceEntry)
     if declared is Record:
         meanings = _meanings(Record.read)
         for name, how in _READING.items():
-            given[name] = Annotated[how | None, Field(description=meanings[name])], None
+            own = [SIUnit(_SI_UNITS[name])] if name in _SI_UNITS else []
+            given[name] = Annotated[how | None, Field(description=meanings[name]), *own], None
     made: Any = create_model(
         declared.__name__, __base__=base, __doc__=first_line(declared), **given
     )

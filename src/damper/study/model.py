@@ -25,6 +25,7 @@ from damper.parameters.quantities import (
     SI_ONLY,
     is_si,
     quantities_in,
+    si_units,
 )
 from damper.parameters.run import EngineSettings, RunLength, declared_in
 from damper.parameters.tables import WALL_TABLES, beside_numbers, listed_tables
@@ -166,9 +167,17 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         entries = [(s, n, e) for s in sections for n, e in _mapping(given.get(s)).items()]
         with suppress(ValueError):  # of a mixture of units, which is said elsewhere
             si = is_si(name for _, name, _ in entries if name in ALL)
+            entries += [
+                (section, name, entry)
+                for section in ("forcing", "transient", "periods")
+                for name, entry in _mapping(given.get(section)).items()
+                if name in ("time", "step", "duration", "band")
+            ]
             for section, name, entry in entries:
+                # What has no unit in any study is refused where it is read.
+                own = si_units(ALL[name]) if name in ALL else ["s"]
                 for text, (_, unit) in texts_with_unit(entry):
-                    if not si and name not in SI_ONLY:
+                    if not si and name not in SI_ONLY and own not in ([], ["1"]):
                         message = f"'{name}' has a unit ({text}) in a dimensionless study"
                         mistakes.add((section, name), message, "a number")
                     elif name == "force_amplitude" and unit not in SIZES[_force_unit(given)]:

@@ -49,7 +49,8 @@ class Generator(GenerateJsonSchema):
         del made["title"]
         for part in made.get("properties", {}).values():
             unit = part.pop("unit", part.get("items", {}).pop("unit", ""))
-            if unit in (*SIZES, THE_PARAMETERS):
+            of_si = part.pop("si_unit", part.get("items", {}).pop("si_unit", ""))
+            if of_si or unit in (*SIZES, THE_PARAMETERS):
                 _allow_text(part)
             if unit not in ("", THE_PARAMETERS):
                 part["description"] = f"{part['description']} [{unit}]"

@@ -45,6 +45,7 @@ from damper.study.fields import (
     OrWord,
     Pair,
     Rule,
+    SIUnit,
     StrictModel,
     Text,
     Unit,
@@ -565,6 +566,7 @@ class InTime(StrictModel):
     time: Annotated[
         Annotated[float, Field(gt=0)],
         OrWord(END),
+        SIUnit("s"),
         Field(
             description="In s in an SI study, else in sqrt(M/K); end: that of the record or noise "
             "that drives the damper."

@@ -21,7 +21,7 @@ from damper.parameters.structure_results import DIMENSIONS, MOST_POINTS, VARIABL
 from damper.parameters.tables import WALL_TABLES
 from damper.parameters.unit_text import SIZES, number_in, split_unit
 from damper.parameters.units import HERTZ
-from damper.study.fields import NamedMapping, StrictModel, Text
+from damper.study.fields import NamedMapping, StrictModel, Text, Unit
 from damper.study.forcing import FORCES, ForceEntry
 from damper.study.jobs import Job
 from damper.study.kinds import Kinds
@@ -58,10 +58,10 @@ class OrPath:
 class ModeEntry(StrictModel):
     """A mode of the structure."""
 
-    frequency: Annotated[float, Field(ge=0, description="Natural frequency in Hz.")]
+    frequency: Annotated[float, Unit("Hz"), Field(ge=0, description="Natural frequency.")]
     damping_ratio: Annotated[float, Field(ge=0, description="Part of critical damping.")]
     modal_mass: Annotated[
-        float, Field(gt=0, description="In kg; 1 for shapes that are normalised by mass.")
+        float, Unit("kg"), Field(gt=0, description="1 for shapes that are normalised by mass.")
     ] = 1.0
     shapes: Annotated[
         dict[str, float],
