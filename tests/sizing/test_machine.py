@@ -78,8 +78,8 @@ def test_a_value_that_few_machines_have_is_asked_about_and_taken() -> None:
 
 
 def test_each_mistake_has_a_line() -> None:
+    given = {"mass": -1.0, "restitution": "a", "stiffness": "4 kg", "largest_gap": "0,5 mm"}
     with pytest.raises(ValueError, match=r".") as error:
-        given = {"mass": -1.0, "restitution": "a", "stiffness": "4 kg", "largest_gap": "0,5 mm"}
         damper.design(**FRAME | given, quick=True)
     gap, mass, restitution, stiffness = sorted(str(error.value).splitlines())
     assert gap == "largest_gap: '0,5 mm': has a decimal comma: must be '0.5 mm'"
