@@ -355,8 +355,6 @@ def test_files_that_never_end_are_refused(tmp_path: Path) -> None:
             Record.read(tmp_path / name)
     with pytest.raises(OSError, match="it has 2000 MB, more than 1000 MB"):
         Record.read(tmp_path / "huge")
-    with pytest.raises(TypeError, match="path = 1: must be the path of a file"):
-        Record.read(1)  # type: ignore[arg-type]
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/mounts"), reason="no such files here")
