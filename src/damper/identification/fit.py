@@ -208,7 +208,7 @@ class Fitter:
 
     def _keep(self, residuals: np.ndarray, point: np.ndarray) -> None:
         """Keep what was tried on the whole records, whatever their noise turns out to be."""
-        sums = [some @ some for some in _of_each(self.problem.records, residuals)]
+        sums = np.array([some @ some for some in _of_each(self.problem.records, residuals)])
         self.sums.append((sums * np.array(self.problem.noise) ** 2.0, point))
 
     def _chance_in_part(self, fit: Fit) -> float:
