@@ -239,6 +239,15 @@ def test_chances_of_a_residual_are_those_of_white_noise():
         assert 0.02 < each.mean() < 0.08
 
 
+def test_one_wrong_sample_is_no_white_noise():
+    for wrong, there in ((0.0, False), (8.0, True)):
+        drawn = np.random.default_rng(0).standard_normal(200)
+        drawn[50] += wrong
+        alone = SimpleNamespace(records=[damper.Recording(np.arange(200.0), drawn)])
+        fit = Fit(alone, np.zeros(0), drawn, np.zeros((200, 0)), True)
+        assert (fit.chance < 1e-3) is there
+
+
 def test_searches_go_on_until_two_end_in_the_best_place(monkeypatch):
     times, values, _ = decay(0.2, 81)
     noise = 2e-5 * np.random.default_rng(2).standard_normal(len(times))

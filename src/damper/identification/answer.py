@@ -28,7 +28,7 @@ from damper.study.yaml_file import read_yaml
 
 #: Part of all dampers that an interval is to hold.
 _CONFIDENCE = 0.95
-#: Chance of a residual in white noise, by each of three tests, below which a card says so.
+#: Chance of a residual in white noise, by each of the tests, below which a card says so.
 _CHANCE = 1e-3
 #: Half of an interval over the value from which on it counts which unknowns the data tell apart,
 #: and from which on the data do not determine the value.
@@ -357,8 +357,8 @@ def _warnings(fitter: Fitter, fit: Fit, low: np.ndarray, high: np.ndarray) -> It
         )
     if fit.chance < _CHANCE:
         yield (
-            "The residual is no white noise: the machine has more than this model, or the fit is "
-            "not the best one. The intervals are too narrow."
+            "The residual is no white noise: the machine has more than this model, a sample is "
+            "wrong, or the fit is not the best one. The intervals are too narrow."
         )
     elif fitter.in_part < _CHANCE:
         yield "A part of the records fits much better than the whole: the model may lack something."

@@ -114,20 +114,23 @@ class Fit:
 
     @cached_property
     def chance(self) -> float:
-        """Probability of neighbours in the residual of a record as correlated as here, in noise.
+        """Probability in white noise of a residual as correlated, or a value as large, as here.
 
-        The least one of the records, by Ljung and Box (Biometrika 65, 297, 1978).
+        The least one of the records. Of correlations of neighbours by Ljung and Box (Biometrika 65,
+        297, 1978), of the largest value by the normal distribution; times two, as there are two.
         """
-        from scipy.stats import chi2
+        from scipy.stats import chi2, norm
 
-        least = 1.0
+        least = 0.5
         for some in self.each if self.variance > _EXACT else ():
             count, lags = len(some), np.arange(1, min(_LAGS, len(some) // 4) + 1)
             if lags.size and (power := float(some @ some)):
                 parts = np.array([some[lag:] @ some[:-lag] for lag in lags]) / power
                 sum_of_squares = count * (count + 2) * float(np.sum(parts**2 / (count - lags)))
-                least = min(least, float(chi2.sf(sum_of_squares, lags.size)))
-        return least
+                most = abs(some).max() * math.sqrt(count / power)
+                each = chi2.sf(sum_of_squares, lags.size), 2.0 * count * norm.sf(most)
+                least = min(least, *map(float, each))
+        return 2.0 * least
 
     def excess(self, chance: float) -> dict[str, float]:
         """Rms of the residual over the noise, by the labels of records where it is too large.
