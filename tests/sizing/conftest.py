@@ -18,7 +18,7 @@ FEW: dict[str, Any] = {
     "_MORE": 5,
     "_FINE_PLACES": 3,
     "_FINE_GAPS": 3,
-    "_PLACES": [-1.0, 0.0, 1.0],
+    "PLACES": [-1.0, 0.0, 1.0],
     "_LEAST": 5,
     "_BEYOND": 2,
 }

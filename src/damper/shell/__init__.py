@@ -221,13 +221,7 @@ def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> 
 
     over = {k: v for k, v in given.items() if v is not None}
     try:
-        if (on_structure := structure_machine(machine, over)) is not None:
-            answer = design(on_structure, quick=quick)
-            click.echo(repr(answer))
-            if output is not None:
-                answer.save(path_of(output, "output", "folder"))
-            return
-        asked = machine_from(machine, over)
+        asked = structure_machine(machine, over) or machine_from(machine, over)
         folder = None if output is None else Path(path_of(output, "output", "folder"))
         older = prepare(folder, [machine, *asked.records]) if folder else []
         first = opening(asked, quick)

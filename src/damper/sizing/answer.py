@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -27,9 +27,10 @@ from damper.sizing.contact import (
 from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
 from damper.sizing.search import DIGITS, MASS_PARTS, Search
 from damper.sizing.structures import (
-    StructureDesign,
+    CHECK,
+    StructureJudge,
     StructureMachine,
-    design_on,
+    StructureSearch,
     structure_machine,
 )
 from damper.sizing.study import CHANGED, PART, Sizes, WorstCase, rounded
@@ -55,17 +56,21 @@ def _number(words: str, unit: str = "1", digits: int = 3) -> Any:
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Design:
-    """The damper of a machine: sizes, what it will do, how wrong things may be. Made by `design`.
+    """The damper of a machine or a structure, what it will do, how wrong things may be.
+
+    Made by `design`.
 
     Numbers are in SI units, which `units` names; NaN is not known. `worst`, `without`, `as_built`
     and `closed_form` are of what counts: largest or rms displacement in the band, or time of decay.
     """
 
-    machine: Machine
+    machine: Machine | StructureMachine
     quick: bool
     """Whether it is by the closed forms alone."""
+    box: str = ""
+    """Of a structure: the box that the damper is in."""
     free_mass: float = _number("free mass", "kg", DIGITS)
-    mass_ratio: float = _number("over the machine's mass")
+    mass_ratio: float = _number("over {carrier}")
     gap: float = _number("gap, the whole travel", "m", DIGITS)
     restitution: float = _number("coefficient of restitution")
     without: float = _number("without damper", "*")
@@ -106,6 +111,8 @@ class Design:
     """Per cent by which what counts changes with a per cent of a quantity, as in `changes`."""
     motions: pd.DataFrame | None = None
     """Where random starts lead to at the worst frequency."""
+    boxes: pd.DataFrame | None = None
+    """The best damper of each box, and its worst case."""
     materials: pd.DataFrame | None = None
     """The best damper of each material, and its worst case."""
     masses: pd.DataFrame | None = None
@@ -130,13 +137,14 @@ class Design:
             repeats = one.name == "as_built" and not self.machine.has_tolerances
             if one.name in units and not math.isnan(value) and not repeats:
                 text = text_of(value, units[one.name], self.digits(one.name))
-                words = one.metadata["words"].format(cases=self.machine.cases)
+                m = self.machine
+                words = one.metadata["words"].format(cases=m.cases, carrier=m.carrier)
                 made.append((one.name, words, text))
         if material := self.machine.material(self.restitution):
             names = [line[0] for line in made]
             name, words, value = made[place := names.index("restitution")]
             made[place] = name, words, f"{value}, {material}"
-        return made
+        return [("box", "box", self.box), *made] if self.box else made
 
     @property
     def tables(self) -> Iterator[tuple[str, str, pd.DataFrame]]:
@@ -153,9 +161,10 @@ class Design:
             ("What to build", _about_building(self), _to_build(self)),
             (
                 "Free mass against what it leaves",
-                f"Less mass, its gap near the best one, {by}{coarse}.",
+                f"Less mass{'' if self.box else ', its gap near the best one'}, {by}{coarse}.",
                 self.masses,
             ),
+            ("Boxes", f"The best damper of each box, {by}{coarse}.", self.boxes),
             ("Materials", f"The best damper of each material, {by}{coarse}.", self.materials),
             (
                 "How wrong things may be",
@@ -207,7 +216,7 @@ class Design:
         write(self, Path(path_of(folder, "folder", "folder")))
 
 
-def opening(machine: Machine, quick: bool) -> str:
+def opening(machine: Any, quick: bool) -> str:
     """First lines of a card, which are known before the search: title and notes."""
     method = "closed forms alone" if quick else "exact runs"
     head = f"{machine.title}: a damper against the {machine.measured[2]} ({method})"
@@ -219,7 +228,7 @@ def design(
     *,
     quick: bool = False,
     **given: Any,
-) -> Design | StructureDesign:
+) -> Design:
     """Size the damper of a machine for the worst case.
 
     Parameters
@@ -236,8 +245,7 @@ def design(
     Returns
     -------
     Design
-        Its text is a card; `save` writes a page and the studies behind its numbers. On a structure
-        a `damper.sizing.structures.StructureDesign`, whose `save` writes card and table.
+        Its text is a card; `save` writes a page and the studies behind its numbers.
 
     Raises
     ------
@@ -253,23 +261,35 @@ def design(
     >>> round(found.gap, 6), found.units["gap"], round(found.closed_form, 6)
     (0.001055, 'm', 0.000181)
     """
-    if (on_structure := structure_machine(machine, given)) is not None:
-        if quick:
-            raise ValueError("quick: there are no closed forms for structures: leave out quick")
-        return design_on(on_structure)
-    judge = WorstCase(machine_from(machine, given))
+    on_structure = structure_machine(machine, given)
+    judge: Any = (
+        StructureJudge(on_structure) if on_structure else WorstCase(machine_from(machine, given))
+    )
+    if quick and on_structure:
+        raise ValueError("quick: there are no closed forms for structures: leave out quick")
     if quick:
         return _checked(_by_closed_forms(judge))
-    _check_runs(judge)
-    search = Search(judge)
+    if not on_structure:
+        _check_runs(judge)
+    search: Any = StructureSearch(judge) if on_structure else Search(judge)
+    m, answer = judge.machine, _answer_on if on_structure else _answer
     with progress_bar(lambda: search.doing, "") as search.show:
         damper = search.best()
-        each = search.best_of_each(damper) if judge.machine.materials else []
+        each = search.best_of_each(damper, "restitution") if m.materials else []
+        boxes = search.best_of_each(damper, "box") if on_structure else []
         lighter = search.best_of_masses(damper)
-    found = _answer(search, damper)
-    materials = _materials(judge.machine, [(one, search.bounds[one]) for one in each])
-    masses = _masses(judge, [(one, search.bounds[one]) for one in lighter])
-    return _checked(replace(found, materials=materials, masses=masses))
+    found = answer(search, damper)
+    materials, in_boxes, masses = (
+        [(one, search.bounds[one]) for one in some] for some in (each, boxes, lighter)
+    )
+    return _checked(
+        replace(
+            found,
+            boxes=_of_each(m, in_boxes, lambda one: [{"box": one.box}]),
+            materials=_materials(m, materials),
+            masses=_masses(judge, masses),
+        )
+    )
 
 
 def machine_from(machine: Any, given: Mapping[str, Any]) -> Machine:
@@ -306,9 +326,11 @@ def _check_runs(judge: WorstCase) -> None:
         )
 
 
-def _without(judge: WorstCase, frequencies: list[float]) -> np.ndarray:
+def _without(judge: Any, frequencies: list[float]) -> np.ndarray:
     """What counts without the damper, at each frequency; else one number."""
     m = judge.machine
+    if m.is_recorded and isinstance(judge, StructureJudge):
+        return np.array([judge.alone])
     if m.is_free:
         lost = -math.log(m.decay_to) / m.rate
         return np.array([lost / m.damping_ratio if m.damping_ratio else math.inf])
@@ -364,26 +386,39 @@ def _by_closed_forms(judge: WorstCase) -> Design:
     return replace(found, materials=_materials(m, of_each), masses=_masses(judge, masses))
 
 
-def _materials(m: Machine, of_each: Sequence[tuple[Sizes, float]]) -> pd.DataFrame | None:
-    """The best damper of each material, and what counts."""
+def _of_each(
+    m: Any, of_each: Sequence[tuple[Any, float]], named: Callable[[Any], list[dict[str, str]]]
+) -> pd.DataFrame | None:
+    """Dampers by what counts, with what names each of them; it may have several names."""
     rows = [
         {
-            "material": name,
-            "restitution": f"{damper.restitution:g}",
+            **names,
             "free mass": text_of(damper.mass, "kg"),
             "gap": text_of(damper.gap, "m"),
             m.measured[2]: text_of(value, m.measured[1]),
         }
         for damper, value in sorted(of_each, key=lambda one: one[1])
-        for name, material in m.materials.items()
-        if material.restitution == damper.restitution
+        for names in named(damper)
     ]
     return pd.DataFrame(rows) if rows else None
 
 
-def _masses(judge: WorstCase, of_each: Sequence[tuple[Sizes, float]]) -> pd.DataFrame | None:
+def _materials(m: Any, of_each: Sequence[tuple[Any, float]]) -> pd.DataFrame | None:
+    """The best damper of each material, and what counts."""
+
+    def named(damper: Any) -> list[dict[str, str]]:
+        return [
+            {"material": name, "restitution": f"{damper.restitution:g}"}
+            for name, material in m.materials.items()
+            if material.restitution == damper.restitution
+        ]
+
+    return _of_each(m, of_each, named)
+
+
+def _masses(judge: Any, of_each: Sequence[tuple[Sizes, float]]) -> pd.DataFrame | None:
     """Table of dampers with the largest value of each, and that over the one without."""
-    m, alone = judge.machine, float(_without(judge, judge.band).max())
+    m, alone = judge.machine, float(_without(judge, judge.fine).max())
     rows = [
         {
             "free mass": text_of(damper.mass, "kg"),
@@ -397,7 +432,7 @@ def _masses(judge: WorstCase, of_each: Sequence[tuple[Sizes, float]]) -> pd.Data
     return pd.DataFrame(rows) if len(rows) > 1 else None
 
 
-def _stops(m: Machine) -> Any:
+def _stops(m: Any) -> Any:
     """Material of the stops, for the contact force."""
     return STEEL if m.stop_modulus is None else STEEL._replace(modulus=m.stop_modulus)
 
@@ -405,7 +440,7 @@ def _stops(m: Machine) -> Any:
 def _to_build(found: Design) -> pd.DataFrame:
     """The ball of each material, the box that it needs, and its hardest impact by Hertz."""
     m, rows = found.machine, []
-    reduced = found.free_mass * m.mass / (found.free_mass + m.mass)
+    reduced = found.free_mass / (1.0 + found.mass_ratio)
     for name, ball in BALLS.items():
         diameter = ball_diameter(found.free_mass, ball.density)
         row = {
@@ -445,61 +480,36 @@ def _about_building(found: Design) -> str:
     return text
 
 
-def _design(judge: WorstCase, damper: Sizes, quick: bool, **numbers: Any) -> Design:
+def _design(judge: Any, damper: Any, quick: bool, **numbers: Any) -> Design:
     m = judge.machine
-    without = float(_without(judge, judge.band).max())
+    without = float(_without(judge, judge.fine).max())
     clauses = tuple(clauses_of(judge, damper, numbers | {"without": without}))
     failed = tuple(one.warning for one in clauses if one.warning and not one.passed)
     return Design(
         machine=m,
         quick=quick,
         free_mass=damper.mass,
-        mass_ratio=damper.mass / m.mass,
+        mass_ratio=damper.mass / judge.carrier_mass(damper),
         gap=damper.gap,
         restitution=damper.restitution,
         without=without,
         clauses=clauses,
         warnings=m.notes + failed + _by_size(judge, damper),
-        assumed=tuple(_assumptions(judge, quick)),
+        assumed=tuple(judge.assumptions(quick)),
         **numbers,
     )
 
 
-def _by_size(judge: WorstCase, damper: Sizes) -> tuple[str, ...]:
+def _by_size(judge: Any, damper: Any) -> tuple[str, ...]:
     """Warnings that need no runs."""
     m = judge.machine
     if damper.gap >= 0.999 * m.largest_gap:
-        asked = text_of(judge.closed_form_gap(damper.mass, damper.restitution), "m")
-        more = "" if m.is_recorded else f"; the closed form asks for {asked}"
+        more = ""
+        if m.has_closed_forms:
+            asked = judge.closed_form_gap(damper.mass, damper.restitution)
+            more = f"; the closed form asks for {text_of(asked, 'm')}"
         return (f"The gap is as large as there is room for{more}.",)
     return ()
-
-
-def _assumptions(judge: WorstCase, quick: bool) -> Iterator[str]:
-    m = judge.machine
-    yield "One rigid free mass without friction in a box along the motion, between equal walls."
-    yield "One mode of the machine; impacts take no time and have one coefficient of restitution."
-    if quick:
-        yield "The closed forms are of a light mass: their error is of the order of its ratio."
-        yield "Other frequencies, tolerances and starts are not looked at; without quick they are."
-        return
-    run = judge.run
-    if m.is_free:
-        yield "It is let go at rest, the free mass anywhere in the box and a little stirred."
-        return
-    if m.is_recorded:
-        yield (
-            "All begins at rest, the free mass anywhere in the box. The run has "
-            f"{run['periods']['time']:.4g} s; another record is another case."
-        )
-        return
-    yield (
-        f"Starts: at rest, from {text_of(judge.far, 'm')} to either side, on the closed motion "
-        "with two impacts per cycle, and at random; and motions followed through the band both "
-        "ways. "
-        f"{run['transient']} cycles pass before {run['periods']} count."
-    )
-    yield f"The band has {len(judge.band)} frequencies; between them only random starts are."
 
 
 def _answer(search: Search, damper: Sizes) -> Design:
@@ -532,6 +542,63 @@ def _answer(search: Search, damper: Sizes) -> Design:
     return _design(judge, damper, quick=False, studies=studies, **numbers)
 
 
+def _answer_on(search: StructureSearch, damper: Any) -> Design:
+    """The answer on a structure; each of its runs is known."""
+    judge, m = search.judge, search.judge.machine
+    every = search.every_run(damper)
+    own = every[~every.beyond]
+    numbers: dict[str, Any] = _largest(own, search.lasting(damper, judge.fresh(1000, CHECK)))
+    numbers |= _hardest(own) | {"power": float(own.power.max())}
+    numbers["tolerances"] = _off_by(own, m, judge.sizes(damper), judge.tolerances)
+    if m.is_recorded:
+        numbers["response"] = judge.history(damper)
+    else:
+        numbers["worst_frequency"] = float(own.frequency.iloc[own.value.argmax()])
+        numbers |= _over_frequencies(every, judge)
+    return _design(
+        judge, damper, quick=False, box=damper.box, studies=judge.studies(damper), **numbers
+    )
+
+
+def _over_frequencies(every: pd.DataFrame, judge: StructureJudge) -> dict[str, Any]:
+    """What counts over frequencies in the band and beyond; a run belongs to the nearest one."""
+    hertz = np.array(sorted([*judge.band, *judge.beyond]))
+    nearest = np.abs(every.frequency.values[:, None] - hertz).argmin(axis=1)
+    worst, built = np.zeros(len(hertz)), np.zeros(len(hertz))
+    np.maximum.at(worst, nearest, every.value.values)
+    np.maximum.at(built, nearest[every.built], every.value.values[every.built])
+    over = every.value / _without(judge, every.frequency.tolist())
+    outside = over.where(every.beyond, 0.0)
+    return {
+        "band_ratio": float(over[~every.beyond].max()),
+        "outside_ratio": float(outside.max()),
+        "outside_frequency": float(every.frequency[outside.argmax()]),
+        "response": pd.DataFrame(
+            {
+                "frequency": hertz,
+                "without": _without(judge, hertz.tolist()),
+                "as_built": built,
+                "worst": worst,
+            }
+        ),
+    }
+
+
+def _off_by(
+    every: pd.DataFrame, m: StructureMachine, sizes: Mapping[str, float], tolerances: Sizes
+) -> pd.DataFrame | None:
+    """What counts with one quantity off its value, over frequencies and starts."""
+    rows = []
+    for k, (name, off) in enumerate(zip(sizes, tolerances, strict=True)):
+        if off:
+            aside = [(0,) * k + (part,) + (0,) * (2 - k) for part in (-1, 0, 1)]
+            found = [float(every.value[every.off == one].max()) for one in aside]
+            text = text_of(off, {"free_mass": "kg", "gap": "m"}.get(name, "1"))
+            values = (text_of(value, m.measured[1]) for value in found)
+            rows.append([f"{label_of(name)}, {text}", *values])
+    return _table_of_tolerances(rows)
+
+
 def _hardest(every: pd.DataFrame) -> dict[str, float]:
     """Of all runs the hardest impact, and the most impacts and power of a run that repeats."""
     names = [name for name in ("approach_speed", "impulse", "impact_energy") if name in every]
@@ -542,9 +609,9 @@ def _hardest(every: pd.DataFrame) -> dict[str, float]:
     return found
 
 
-def _largest(every: pd.DataFrame, fresh: xr.DataArray) -> dict[str, Any]:
+def _largest(every: pd.DataFrame, fresh: Any) -> dict[str, Any]:
     """The worst case of all runs, and how many of the fresh ones exceed it."""
-    worst, fresh = float(every.value.max()), fresh.fillna(np.inf)
+    worst, fresh = float(every.value.max()), np.nan_to_num(fresh, nan=np.inf, posinf=np.inf)
     return {
         "worst": worst,
         "runs": float(len(every)),
@@ -628,6 +695,10 @@ def _tolerances(array: xr.DataArray, m: Machine) -> pd.DataFrame | None:
             off = text_of(float(found[name][2] - found[name][1]), unit)
             values = (text_of(value, m.measured[1]) for value in found.values.tolist())
             rows.append([f"{label_of(name)}, {off}", *values])
+    return _table_of_tolerances(rows)
+
+
+def _table_of_tolerances(rows: list[list[str]]) -> pd.DataFrame | None:
     return pd.DataFrame(rows, columns=["off by", "less", "as built", "more"]) if rows else None
 
 
@@ -770,7 +841,7 @@ def _checked(found: Design) -> Design:
     best = f"the best one, {sizes['free_mass']} with a gap of {sizes['gap']}"
     asked = f"limit = {most:g} {unit}" if most < math.inf else "no end of the decay"
     feasible = f"limit >= {text_of(value, unit)}" if value < math.inf else "a larger decay_to"
-    needed = _mass_for(m, most)
+    needed = _mass_for(m, most) if m.has_closed_forms else 0.0
     more = f"; by the closed form a mass of some {text_of(needed, 'kg')}" if needed else ""
     raise ValueError(
         f"{asked}: no damper of up to {text_of(m.largest_mass, 'kg')} and "

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from damper.parameters.lazy import pd
-from damper.sizing.study import Sizes, WorstCase
 from damper.sizing.words import text_of
 
 #: More than without the damper, by more than transients leave.
@@ -64,13 +63,13 @@ def _told_apart(one: Clause) -> tuple[str, str]:
     return limit, value
 
 
-def clauses_of(judge: WorstCase, damper: Sizes, numbers: Mapping[str, Any]) -> list[Clause]:
+def clauses_of(judge: Any, damper: Any, numbers: Mapping[str, Any]) -> list[Clause]:
     """All checks that there are numbers for, in the order of their own numbers.
 
     Parameters
     ----------
-    judge : WorstCase
-    damper : Sizes
+    judge : WorstCase or StructureJudge
+    damper : Sizes or BoxedDamper
     numbers : mapping
         Numbers of the answer, by the names of `Design`; `without` is among them.
     """
@@ -85,10 +84,9 @@ def clauses_of(judge: WorstCase, damper: Sizes, numbers: Mapping[str, Any]) -> l
     return sorted(made, key=lambda one: one.number)
 
 
-def _of_what_counts(
-    judge: WorstCase, damper: Sizes, numbers: Mapping[str, Any]
-) -> Iterator[Clause]:
-    m, unit, words = judge.machine, *judge.machine.measured[1:]
+def _of_what_counts(judge: Any, damper: Any, numbers: Mapping[str, Any]) -> Iterator[Clause]:
+    m = judge.machine
+    unit, words = m.measured[1:]
     name = "worst" if "worst" in numbers else "closed_form"
     case = ", worst case" if name == "worst" else ", closed form"
     if m.limit is not None:
@@ -114,7 +112,7 @@ def _of_what_counts(
         yield Clause("2.3", what, ratio, "<=", EXCEEDED, warning=text)
 
 
-def _of_other_cases(judge: WorstCase, numbers: Mapping[str, Any]) -> Iterator[Clause]:
+def _of_other_cases(judge: Any, numbers: Mapping[str, Any]) -> Iterator[Clause]:
     """In the band and outside of it, and under a record of another size."""
     words = judge.machine.measured[2]
     ratio = numbers.get("band_ratio", math.nan)
@@ -145,9 +143,7 @@ def _of_other_cases(judge: WorstCase, numbers: Mapping[str, Any]) -> Iterator[Cl
             yield Clause(number, f"{words} {what}", numbers[name], "<=", _MORE, warning=text)
 
 
-def _of_the_evidence(
-    judge: WorstCase, damper: Sizes, numbers: Mapping[str, Any]
-) -> Iterator[Clause]:
+def _of_the_evidence(judge: Any, damper: Any, numbers: Mapping[str, Any]) -> Iterator[Clause]:
     """How far the worst case is to be believed."""
     m = judge.machine
     if "fresh_ratio" in numbers:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import BeforeValidator, Field
@@ -39,10 +39,13 @@ COUNTS = {
     "decay_time": ("fall_time", "s", "time of decay"),
 }
 #: Keys of which one is given -> what is said where none is.
-_EXACTLY_ONE = {
+ONE_OF_STOPS: dict[tuple[str, ...], str] = {
+    ("restitution", "restitution_range", "materials"): "the restitution of the stops is missing",
+}
+_ONE_OF: dict[tuple[str, ...], str] = {
     ("natural_frequency", "stiffness"): "the natural frequency is missing",
     _DRIVES: "the drive is missing: what makes the machine vibrate",
-    ("restitution", "restitution_range", "materials"): "the restitution of the stops is missing",
+    **ONE_OF_STOPS,
 }
 AUTO = "auto"
 #: Restitutions of a range that the first grid has.
@@ -91,10 +94,20 @@ SETTINGS = {
     "decay_to": Setting(0.1, "Part of the first peak to which decay is timed.", ge=1e-6, lt=1),
     "limit": Setting(None, "Largest value of what counts that is allowed.", "m, s or m/s2", gt=0),
 }
+#: Settings that a damper on a structure has as well.
+OF_ROOM = (
+    *("largest_mass", "largest_gap", "restitution", "mass_tolerance", "gap_tolerance"),
+    *("restitution_tolerance", "record_step", "record_factor", "stop_modulus", "limit"),
+)
 if TYPE_CHECKING:
     Settings = Any
+    RoomSettings = Any
+    RoomBase = Any
 else:
+    RoomBase = StrictModel
+    _OF_ROOM = {name: SETTINGS[name] for name in OF_ROOM}
     Settings = declared_class("Settings", "What a machine is given by.", SETTINGS)
+    RoomSettings = declared_class("RoomSettings", "What a damper may be.", _OF_ROOM)
 
 
 class Material(StrictModel):
@@ -130,15 +143,15 @@ def _counted(counts: Any, is_free: bool) -> str:
     return usual if counts == AUTO else str(counts)
 
 
-class Machine(Settings):  # type: ignore[misc]
-    """A vibrating machine, the room there is for a damper, and what counts.
+class Room(RoomBase):  # type: ignore[misc]
+    """The room there is for a damper on a machine or a structure, and what its stops are of."""
 
-    Exactly one of force_amplitude, base_amplitude, unbalance, force_record, acceleration_record and
-    initial_displacement says what makes it vibrate; the last one is free motion, which is to decay.
-    Exactly one of restitution, restitution_range and materials says what the stops are of.
-    """
+    one_of: ClassVar[Mapping[tuple[str, ...], str]]
+    """Keys of which exactly one is given -> what is said where none is."""
+    carrier: ClassVar[str] = "the machine's mass"
+    """What a free mass is compared with."""
 
-    title: Annotated[Line, Field(description="What the machine is, for headings.")] = "A machine"
+    title: Annotated[Line, Field(description="What it is, for headings.")] = "A machine"
     band: Annotated[
         Pair[float] | None,
         Unit("Hz"),
@@ -185,52 +198,43 @@ class Machine(Settings):  # type: ignore[misc]
 
     @classmethod
     def check_keys(cls, given: Any, mistakes: Mistakes) -> None:
-        for keys, missing in _EXACTLY_ONE.items():
+        for keys, missing in cls.one_of.items():
             there = [key for key in keys if given.get(key) not in (None, {})]
             if len(there) != 1:
                 message = f"{' and '.join(there)} are given" if there else missing
                 mistakes.add((*there, *keys)[:1], message, f"exactly one of {', '.join(keys)}")
 
-    def check_together(self, mistakes: Mistakes) -> None:
-        self._check_drive(mistakes)
-        self._check_band(mistakes)
-        self._check_tolerances(mistakes)
+    @property
+    def is_free(self) -> bool:
+        """Whether nothing drives it."""
+        return False
+
+    def written(self) -> dict[str, Any]:
+        """Its settings as a file has them."""
+        return self.model_dump(mode="json", exclude_unset=True)
+
+    def check_room(self, mistakes: Mistakes) -> None:
+        """Note tolerances that do not go with the room, and restitutions."""
         if len(self.materials) > MOST_MATERIALS:
             message = f"{len(self.materials)} materials, each of which gets an answer"
             mistakes.add(("materials",), message, f"at most {MOST_MATERIALS}")
-        least, most = (ratio * self.mass for ratio in MASS_RATIOS)
-        if not least <= self.largest_mass - self.mass_tolerance or self.largest_mass > most:
-            message = (
-                f"a free mass of {self.largest_mass:g} +- {self.mass_tolerance:g} kg does not go "
-                f"with a machine of {self.mass:g} kg"
-            )
-            mistakes.add(
-                ("largest_mass",), message, f"{least:g} to {most:g} kg, tolerance included"
-            )
         if not self.gap_tolerance < self.largest_gap:
             message = f"a gap of up to {self.largest_gap:g} m is within its tolerance"
             allowed = f"more than gap_tolerance = {self.gap_tolerance:g} m"
             mistakes.add(("largest_gap",), message, allowed)
+        self._check_tolerances(mistakes)
         self._check_restitutions(mistakes)
 
-    def _check_drive(self, mistakes: Mistakes) -> None:
-        """Note what does not go with the key that says what drives it."""
-        drive = next((key for key in _DRIVES if getattr(self, key) is not None), "")
-        if drive in FORCES and self.band is None:
-            mistakes.add(("band",), "band is missing", "band: [lowest, highest] in Hz")
-        if drive and drive not in FORCES and self.band is not None:
-            message = f"{drive} has no band of frequencies"
-            mistakes.add(("band",), message, f"left out, or with one of {', '.join(FORCES)}")
-        if self.counts != AUTO and (self.counts == "decay_time") != self.is_free:
-            what = (name for name in COUNTS if (name == "decay_time") == self.is_free)
-            mistakes.add(("counts",), f"{self.counts} does not go with {drive}", ", ".join(what))
-        for name in READING if drive not in RECORDS else ():
+    def check_record(self, mistakes: Mistakes) -> None:
+        """Note a record that cannot be read."""
+        drive = next((key for key in RECORDS if getattr(self, key) is not None), "")
+        for name in READING if not drive else ():
             if getattr(self, f"record_{name}") is not None:
                 message = f"record_{name} says how a record is read, and there is none"
                 mistakes.add(
                     (f"record_{name}",), message, f"left out, or with {' or '.join(RECORDS)}"
                 )
-        if drive in RECORDS:
+        if drive:
             try:
                 if self.record.time[0] < 0.0:
                     mistakes.add((drive,), "the record begins before 0 s", "times from 0 on")
@@ -245,17 +249,6 @@ class Machine(Settings):  # type: ignore[misc]
                     ": must be "
                 )
                 mistakes.add((drive,), message, allowed)
-
-    def _check_band(self, mistakes: Mistakes) -> None:
-        """Note a band that is far from the natural frequency."""
-        if self.band is None:
-            return
-        own = self.rate / math.tau
-        low, high = (ratio * own for ratio in FREQUENCY_RATIOS)
-        if not low <= self.band[0] <= self.band[1] <= high:
-            given = f"{self.band[0]:g} to {self.band[1]:g} Hz"
-            message = f"{given} with a natural frequency of {own:.4g} Hz"
-            mistakes.add(("band",), message, f"within {low:.4g} to {high:.4g} Hz")
 
     def _check_tolerances(self, mistakes: Mistakes) -> None:
         """Note tolerances that are lost in roundoff."""
@@ -281,7 +274,7 @@ class Machine(Settings):  # type: ignore[misc]
     @property
     def unusual(self) -> tuple[str, ...]:
         """A sentence for each value that few machines have, such as a gap of 20 m."""
-        given = {name: getattr(self, name) for name in USUAL if name in SETTINGS}
+        given = {name: getattr(self, name, None) for name in USUAL if name in SETTINGS}
         return unusual({name: [value] for name, value in given.items() if value is not None})
 
     @property
@@ -295,11 +288,6 @@ class Machine(Settings):  # type: ignore[misc]
             *self.unusual,
             f"The file of the record has {layout} ({keys} may say otherwise).",
         )
-
-    @property
-    def is_free(self) -> bool:
-        """Whether nothing drives it."""
-        return self.initial_displacement is not None
 
     @property
     def is_recorded(self) -> bool:
@@ -334,6 +322,11 @@ class Machine(Settings):  # type: ignore[misc]
         found = dict.fromkeys(one.restitution for one in self.materials.values())
         return list(found) if self.restitution is None else [self.restitution]
 
+    def counted(self, amplitude: float, frequency: float) -> float:
+        """Variable that counts, of a harmonic motion of an amplitude in m and a frequency in Hz."""
+        by = {"rms_displacement": math.sqrt(0.5), "peak_acceleration": (math.tau * frequency) ** 2}
+        return amplitude * by.get(self.counts, 1.0)
+
     def material(self, restitution: float) -> str:
         """Materials with a restitution, and its origins; empty where no name is given."""
         names = []
@@ -346,6 +339,71 @@ class Machine(Settings):  # type: ignore[misc]
         return " or ".join(names)
 
     @property
+    def cases(self) -> str:
+        """What a worst case is over."""
+        frequencies = ["frequencies"] * (self.band is not None)
+        return ", ".join([*frequencies, "starts", *["tolerances"] * self.has_tolerances])
+
+    @property
+    def has_tolerances(self) -> bool:
+        """Whether any size of the damper may be off."""
+        return any((self.mass_tolerance, self.gap_tolerance, self.restitution_tolerance))
+
+
+class Machine(Room, Settings):  # type: ignore[misc]
+    """A vibrating machine, the room there is for a damper, and what counts.
+
+    Exactly one of force_amplitude, base_amplitude, unbalance, force_record, acceleration_record and
+    initial_displacement says what makes it vibrate; the last one is free motion, which is to decay.
+    Exactly one of restitution, restitution_range and materials says what the stops are of.
+    """
+
+    one_of = _ONE_OF
+
+    def check_together(self, mistakes: Mistakes) -> None:
+        self._check_drive(mistakes)
+        self._check_band(mistakes)
+        least, most = (ratio * self.mass for ratio in MASS_RATIOS)
+        if not least <= self.largest_mass - self.mass_tolerance or self.largest_mass > most:
+            message = (
+                f"a free mass of {self.largest_mass:g} +- {self.mass_tolerance:g} kg does not go "
+                f"with a machine of {self.mass:g} kg"
+            )
+            mistakes.add(
+                ("largest_mass",), message, f"{least:g} to {most:g} kg, tolerance included"
+            )
+        self.check_room(mistakes)
+
+    def _check_drive(self, mistakes: Mistakes) -> None:
+        """Note what does not go with the key that says what drives it."""
+        drive = next((key for key in _DRIVES if getattr(self, key) is not None), "")
+        if drive in FORCES and self.band is None:
+            mistakes.add(("band",), "band is missing", "band: [lowest, highest] in Hz")
+        if drive and drive not in FORCES and self.band is not None:
+            message = f"{drive} has no band of frequencies"
+            mistakes.add(("band",), message, f"left out, or with one of {', '.join(FORCES)}")
+        if self.counts != AUTO and (self.counts == "decay_time") != self.is_free:
+            what = (name for name in COUNTS if (name == "decay_time") == self.is_free)
+            mistakes.add(("counts",), f"{self.counts} does not go with {drive}", ", ".join(what))
+        self.check_record(mistakes)
+
+    def _check_band(self, mistakes: Mistakes) -> None:
+        """Note a band that is far from the natural frequency."""
+        if self.band is None:
+            return
+        own = self.rate / math.tau
+        low, high = (ratio * own for ratio in FREQUENCY_RATIOS)
+        if not low <= self.band[0] <= self.band[1] <= high:
+            given = f"{self.band[0]:g} to {self.band[1]:g} Hz"
+            message = f"{given} with a natural frequency of {own:.4g} Hz"
+            mistakes.add(("band",), message, f"within {low:.4g} to {high:.4g} Hz")
+
+    @property
+    def is_free(self) -> bool:
+        """Whether nothing drives it."""
+        return self.initial_displacement is not None
+
+    @property
     def force(self) -> tuple[str, float]:
         """Kind of the forcing and its amplitude, as a study has them."""
         if self.is_free:
@@ -354,6 +412,16 @@ class Machine(Settings):  # type: ignore[misc]
             return "record", 1.0
         key = next(key for key in FORCES if getattr(self, key) is not None)
         return FORCES[key], float(getattr(self, key))
+
+    @property
+    def least_mass(self) -> float:
+        """Least free mass in kg."""
+        return float(MASS_RATIOS[0] * self.mass)
+
+    @property
+    def has_closed_forms(self) -> bool:
+        """Whether there are any for what drives it."""
+        return not self.is_recorded
 
     @property
     def rate(self) -> float:
@@ -393,11 +461,6 @@ class Machine(Settings):  # type: ignore[misc]
             return 1.0 / self.rate
         return self.length * (self.rate**2 if self.counts == "peak_acceleration" else 1.0)
 
-    def counted(self, amplitude: float, frequency: float) -> float:
-        """Variable that counts, of a harmonic motion of an amplitude in m and a frequency in Hz."""
-        by = {"rms_displacement": math.sqrt(0.5), "peak_acceleration": (math.tau * frequency) ** 2}
-        return amplitude * by.get(self.counts, 1.0)
-
     def undamped(self, frequency: float) -> float:
         """Amplitude in m without the damper at a frequency in Hz; infinite where it grows."""
         ratio = 2.0 * math.pi * frequency / self.rate
@@ -412,17 +475,6 @@ class Machine(Settings):  # type: ignore[misc]
             own = 2.0 * self.damping_ratio
             factor = math.hypot(1.0, own * ratio) / math.hypot(1.0, own)
         return self.static * factor
-
-    @property
-    def cases(self) -> str:
-        """What a worst case is over."""
-        frequencies = ["frequencies"] * (self.band is not None)
-        return ", ".join([*frequencies, "starts", *["tolerances"] * self.has_tolerances])
-
-    @property
-    def has_tolerances(self) -> bool:
-        """Whether any size of the damper may be off."""
-        return any((self.mass_tolerance, self.gap_tolerance, self.restitution_tolerance))
 
     @property
     def measured(self) -> tuple[str, str, str]:
@@ -440,10 +492,14 @@ def read_machine(path: Path | str, given: Mapping[str, Any] | None = None) -> Ma
     file = read_yaml(Path(path))
     data = file.data
     if isinstance(data, dict):
-        here = {key: data[key] for key in RECORDS if isinstance(data.get(key), str)}
-        data = data | {key: f"{Path(path).parent / name}" for key, name in here.items()}
-        data |= given or {}
+        data = of_folder(data, path) | dict(given or {})
     return Machine.checked_in(file, data)
+
+
+def of_folder(data: Mapping[str, Any], path: Path | str) -> dict[str, Any]:
+    """Settings of a file, with the paths of records from its folder."""
+    here = {key: data[key] for key in RECORDS if isinstance(data.get(key), str)}
+    return dict(data) | {key: f"{Path(path).parent / name}" for key, name in here.items()}
 
 
 def machine_of(given: Any) -> Machine:

@@ -18,7 +18,7 @@ from damper.figures.common.panels import panel_grid
 from damper.figures.common.style import BLACK, COLUMN, VERMILION, WITHOUT, label, save, style
 from damper.parameters.lazy import Figure
 from damper.sizing.contact import STEEL, ball_diameter
-from damper.sizing.machine import RECORDS, Machine
+from damper.sizing.machine import RECORDS
 from damper.sizing.search import DIGITS
 from damper.sizing.words import ROUNDING, text_of
 from damper.study.yaml_file import dump_yaml
@@ -112,7 +112,7 @@ def write(design: Design, folder: Path) -> None:
     """
     for path in prepare(folder, design.machine.records):
         path.unlink()
-    machine, studies = design.machine.model_dump(mode="json", exclude_unset=True), design.studies
+    machine, studies = design.machine.written(), design.studies
     texts = {}
     if design.machine.is_recorded:  # its samples go into a file of their own
         record = design.machine.record
@@ -124,7 +124,7 @@ def write(design: Design, folder: Path) -> None:
         studies = {name: study | {"forcing": force} for name, study in studies.items()}
     texts["machine.yaml"] = dump_yaml(machine)
     texts |= {f"studies/{name}.yaml": dump_yaml(study) for name, study in studies.items()}
-    figures = {"sketch": sketch(design), "box": box(design)}
+    figures = {"box": box(design)} | ({} if design.box else {"sketch": sketch(design)})
     if design.response is not None:
         texts["response.csv"] = design.response.to_csv(index=False)
         figures["response"] = response(design)
@@ -132,7 +132,8 @@ def write(design: Design, folder: Path) -> None:
         for name, figure in figures.items():
             save(figure, folder / f"{name}.svg")
             save(figure, folder / f"{name}.png")
-    numbers = [(n, getattr(design, n), design.units[n], words) for n, words, _ in design.lines]
+    units = {"box": ""} | design.units
+    numbers = [(n, getattr(design, n), units[n], words) for n, words, _ in design.lines]
     data = pd.DataFrame(numbers, columns=["name", "value", "unit", "meaning"])
     table = Table(f"{design.machine.title}: its impact damper", data, list(_body(design)))
     table.save(folder / "numbers.csv", folder / "design.md")
@@ -145,7 +146,10 @@ def _body(design: Design) -> Iterator[str | pd.DataFrame]:
     """The page below its title, as Markdown and tables."""
     m = design.machine
     yield from (f"> **{text}**" for text in design.warnings)
-    yield f"![The machine, {_drives(m)}, and its damper](sketch.png)"
+    if design.box:
+        yield f"The damper is in the box {design.box!r} of the structure, {_drives(m)}."
+    else:
+        yield f"![The machine, {_drives(m)}, and its damper](sketch.png)"
     yield f"## What it does to the {m.measured[2]}"
     yield pd.DataFrame([line[1:] for line in design.lines], columns=["quantity", "value"])
     if design.response is not None:
@@ -160,11 +164,13 @@ def _body(design: Design) -> Iterator[str | pd.DataFrame]:
     yield "## What was assumed"
     yield "\n".join(f"- {text}" for text in design.assumed)
     files = ", ".join(f"studies/{name}.yaml" for name in design.studies) or "the closed forms"
-    yield (
-        f"Every number is made by {files}; limits of the gap by following the periodic motion, and "
-        "changes along it where it is said. The machine is in machine.yaml, numbers.csv has all "
-        "digits."
+    made = (
+        f"Numbers are those of the search's own runs; {files} has such runs from rest."
+        if design.box
+        else f"Every number is made by {files}; limits of the gap by following the periodic "
+        "motion, and changes along it where it is said."
     )
+    yield f"{made} The machine is in machine.yaml, numbers.csv has all digits."
     if design.slopes:
         yield f"Sizes are rounded as far as the answer changes by {100.0 * ROUNDING:g} % at most."
 
@@ -194,7 +200,7 @@ def html_of(table: Table, folder: Path) -> str:
 _TAGS = (("## ", "h2"), ("> **", "blockquote"), ("- ", "li"), ("", "p"))
 
 
-def _drives(m: Machine) -> str:
+def _drives(m: Any) -> str:
     """What makes the machine vibrate, in words."""
     kind, amplitude = m.force
     if kind == "none":

@@ -21,12 +21,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.parameters.lazy import pd
-from damper.parameters.named import completed
-from damper.sizing.machine import MASS_RATIOS
-from damper.sizing.study import Case, Chain, Sizes, WorstCase, rounded
+from damper.sizing.study import Case, Sizes, rounded
 from damper.sweep.progress import Progress
-from damper.sweep.runs import run_points
 
+_NONE = Sizes(0.0, 0.0, 0.0)
 #: Gaps of the first grid: parts of that of the closed forms.
 _GAPS = (0.08, 5.0)
 #: Parts of the best damper's mass of which a card says what they leave, and of the gap that the
@@ -36,7 +34,7 @@ MASS_PARTS, _LIGHTER_GAPS = (1.0, 0.75, 0.5), (1.0, 0.95, 0.9)
 DIGITS = 4
 
 
-class _Grid(NamedTuple):
+class Grid(NamedTuple):
     """How close the dampers of the first grid and of the finer ones are."""
 
     ratio: float
@@ -47,9 +45,9 @@ class _Grid(NamedTuple):
     """Ratios of gaps, `_STEPS` of them either way."""
 
 
-_SMOOTH = _Grid(1.1, (1.0, 0.85, 0.7, 0.5, 0.3), (1.025, 1.006))
+_SMOOTH = Grid(1.1, (1.0, 0.85, 0.7, 0.5, 0.3), (1.025, 1.006))
 #: Over a band motions are born and die at one frequency after another: the worst case jumps.
-_BAND = _Grid(1.0125, (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3), (1.006, 1.0015))
+_BAND = Grid(1.0125, (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3), (1.006, 1.0015))
 #: Finer grids: steps either way, and those of a range of restitutions in its length.
 _STEPS, _PARTS = 4, (12.0, 48.0)
 #: Dampers about which the grid is made finer: at most, and with bounds over the best worst case.
@@ -66,44 +64,47 @@ _ROUNDS = 10
 class Search:
     """Dampers of a machine, with what is known of their worst cases."""
 
-    def __init__(self, judge: WorstCase) -> None:
+    #: Dampers about which the grid is made finer, at most; cases that a damper gets at first.
+    promising, first_cases = _PROMISING, _CASES
+
+    def __init__(self, judge: Any) -> None:
         self.judge = judge
-        self.bounds: dict[Sizes, float] = {}
+        self.bounds: dict[Any, float] = {}
         """Sizes -> the greatest value of its runs so far."""
         self.runs = 0
         self.doing = ""
         """The present step, for a person who waits."""
         self.show: Progress | None = None
-        self.near: dict[Sizes, list[Case]] = {}
+        self.near: dict[Any, list[Any]] = {}
         """Sizes -> cases about the worst one, of dampers that had all of their own."""
-        self.hardest: dict[Sizes, Case] = {}
+        self.hardest: dict[Any, Any] = {}
         """Sizes -> the case that was the worst, up to there."""
-        self._left: dict[Sizes, list[int]] = {}
+        self._left: dict[Any, list[int]] = {}
         self._done = 0
         # Of each case the sum of its values over the bounds of their dampers, and their number.
         self._hard = np.zeros((2, len(judge.cases)))
 
     @property
-    def _grid(self) -> _Grid:
+    def _grid(self) -> Grid:
         return _SMOOTH if self.judge.machine.band is None else _BAND
 
-    def best(self) -> Sizes:
+    def best(self) -> Any:
         """The best damper, in numbers of four digits."""
         found = self.best_of(self.first_grid())
         for ratio, parts in zip(self._grid.finer, _PARTS, strict=True):
             order = sorted(self.bounds, key=self.bounds.__getitem__)
-            near = [d for d in order if self.bounds[d] <= _NEAR * self.bounds[found]][:_PROMISING]
-            about = [d for one in near for d in self._about(one, ratio, parts)]
+            near = [d for d in order if self.bounds[d] <= _NEAR * self.bounds[found]]
+            about = [d for one in near[: self.promising] for d in self._about(one, ratio, parts)]
             found = self.best_of(list(dict.fromkeys([found, *about])))
         return self.checked(found)
 
-    def checked(self, found: Sizes) -> Sizes:
+    def checked(self, found: Any) -> Any:
         """Try the best damper by fresh random starts; the best one of all once they raise it.
 
         When no round is left, the best one of those that were tried: another one might be the best
         only because its rare motions were missed.
         """
-        tried: list[Sizes] = []
+        tried: list[Any] = []
         for seed in range(_ROUNDS):
             if self.show:
                 self.doing = "rounds of fresh starts, at most"
@@ -114,7 +115,7 @@ class Search:
             found = self.best_of(list(self.bounds))
         return self.best_of(list(dict.fromkeys(tried))) if tried else found
 
-    def first_grid(self) -> list[Sizes]:
+    def first_grid(self) -> list[Any]:
         """Gaps by masses and restitutions, within the room there is."""
         m, made = self.judge.machine, []
         step = math.log(self._grid.ratio) * (len(m.restitutions) if self._grid is _BAND else 1)
@@ -124,10 +125,11 @@ class Search:
             high = min(_GAPS[1] * gap, m.largest_gap)
             low = min(max(_GAPS[0] * min(gap, high), m.gap_tolerance), high)
             count = math.ceil(math.log(high / low) / step) + 1
-            made += self._dampers([mass], np.geomspace(low, high, count).tolist(), [restitution])
+            gaps = np.geomspace(low, high, count).tolist()
+            made += self._dampers(_NONE, [mass], gaps, [restitution])
         return made
 
-    def best_of(self, dampers: Sequence[Sizes]) -> Sizes:
+    def best_of(self, dampers: Sequence[Any]) -> Any:
         """The damper of these whose worst case is least; of equals the first."""
         for damper in dampers:
             self._left.setdefault(damper, list(range(self._hard.shape[1])))
@@ -144,17 +146,15 @@ class Search:
             else:
                 self._look_near(first)
 
-    def best_of_each(self, found: Sizes) -> list[Sizes]:
-        """The best damper of each restitution of the first grid, beside the one that is found."""
-        tried: dict[float, list[Sizes]] = {}
+    def best_of_each(self, found: Any, what: str) -> list[Any]:
+        """The best damper of each value of a field, beside the one that is found."""
+        tried: dict[Any, list[Any]] = {}
         for damper in self.bounds:
-            tried.setdefault(damper.restitution, []).append(damper)
-        return [
-            found if found.restitution == one else self.best_of(tried[one])
-            for one in self.judge.machine.restitutions
-        ]
+            tried.setdefault(getattr(damper, what), []).append(damper)
+        own = getattr(found, what)
+        return [found if one == own else self.best_of(some) for one, some in tried.items()]
 
-    def best_of_masses(self, found: Sizes) -> list[Sizes]:
+    def best_of_masses(self, found: Any) -> list[Any]:
         """The damper `found`, and the best damper of each of `MASS_PARTS`, of a few gaps each.
 
         Their gaps are to that of the found one as those of the closed forms.
@@ -164,11 +164,11 @@ class Search:
         for mass in (self._mass(part * found.mass) for part in MASS_PARTS[1:]):
             ratio = self.judge.closed_form_gap(mass, found.restitution) / of
             gaps = [min(found.gap * part * ratio, m.largest_gap) for part in _LIGHTER_GAPS]
-            some = self._dampers([mass], gaps, [found.restitution])
+            some = self._dampers(found, [mass], gaps, [found.restitution])
             made += [self.best_of(some)] if some else []
         return made
 
-    def _report(self, dampers: Sequence[Sizes]) -> None:
+    def _report(self, dampers: Sequence[Any]) -> None:
         """Report how many of these are tried; then the most cases that a promising one has run."""
         if self.show is None:
             return
@@ -182,19 +182,19 @@ class Search:
             self._done = done = max(self._done, total - len(self._left[first]))
         self.show(done, total)
 
-    def worst(self, damper: Sizes) -> float:
+    def worst(self, damper: Any) -> float:
         """Worst case of a damper, of all its runs."""
         self.best_of([damper])
         return self.bounds[damper]
 
-    def every_run(self, damper: Sizes) -> pd.DataFrame:
+    def every_run(self, damper: Any) -> pd.DataFrame:
         """All runs of a damper again: value, frequency, whether it is as built, impacts."""
         self.worst(damper)
         judge, m = self.judge, self.judge.machine
         cases = [*judge.cases, *self.near[damper]]
         chains = [judge.chain(damper, case) for case in cases]
         observers = judge.observers | {"impacts": {"largest": True}}
-        arrays = _run(judge, chains, observers)
+        arrays = judge.observed(chains, observers)
         points = [point for chain in chains for point in chain]
         values, own = arrays[m.measured[0]].reshape(-1) * m.size, judge.sizes(damper)
         table = {
@@ -212,7 +212,7 @@ class Search:
             table["impact_rate"] = np.array(table["frequency"]) * arrays["impacts_per_period"]
         return pd.DataFrame(table)
 
-    def _about(self, damper: Sizes, ratio: float, parts: float) -> list[Sizes]:
+    def _about(self, damper: Any, ratio: float, parts: float) -> list[Any]:
         m = self.judge.machine
         masses = [self._mass(damper.mass * ratio**k) for k in (0, -_STEPS, _STEPS)]
         gaps = [damper.gap * ratio**k for k in range(-_STEPS, _STEPS + 1)]
@@ -221,27 +221,32 @@ class Search:
             low, high = m.restitution_range
             others = (damper.restitution + k * (high - low) / parts for k in (-1, 1))
             restitutions += [rounded(min(max(other, low), high)) for other in others]
-        return self._dampers(masses, gaps, restitutions)
+        return self._dampers(damper, masses, gaps, restitutions)
 
     def _mass(self, mass: float) -> float:
         return min(rounded(mass, DIGITS), self.judge.machine.largest_mass)
 
     def _dampers(
-        self, masses: Iterable[float], gaps: Iterable[float], restitutions: Iterable[float]
-    ) -> list[Sizes]:
-        """Dampers with gaps as one would order them, within the room there is."""
+        self,
+        like: Any,
+        masses: Iterable[float],
+        gaps: Iterable[float],
+        restitutions: Iterable[float],
+    ) -> list[Any]:
+        """Dampers like one, with gaps as one would order them, within the room there is."""
         m = self.judge.machine
         kept = [min(rounded(gap, DIGITS), m.largest_gap) for gap in gaps if gap >= m.gap_tolerance]
-        heavy = [one for one in masses if one - m.mass_tolerance >= MASS_RATIOS[0] * m.mass]
-        return list(dict.fromkeys(map(Sizes._make, product(heavy, kept, restitutions))))
+        heavy = [one for one in masses if one - m.mass_tolerance >= m.least_mass]
+        sizes = product(heavy, kept, restitutions)
+        return [like._replace(mass=a, gap=b, restitution=c) for a, b, c in dict.fromkeys(sizes)]
 
-    def _advance(self, dampers: Sequence[Sizes]) -> None:
+    def _advance(self, dampers: Sequence[Any]) -> None:
         """Run the cases of each of these that are the hardest so far; those of many runs last."""
         mean, cases = self._hard[0] / np.maximum(self._hard[1], 1.0), self.judge.cases
         taken = []
         for damper in dampers:
             left = self._left[damper]
-            count = max(_CASES, (self._hard.shape[1] - len(left)) // 2)
+            count = max(self.first_cases, (self._hard.shape[1] - len(left)) // 2)
             left.sort(key=lambda case: (len(cases[case].hertz) > 1, -mean[case]))
             taken.append((damper, left[:count]))
             del left[:count]
@@ -251,17 +256,19 @@ class Search:
             self._hard[0, numbers] += found / bound if bound < math.inf else found == bound
             self._hard[1, numbers] += 1.0
 
-    def _look_near(self, damper: Sizes) -> None:
+    def _look_near(self, damper: Any) -> None:
         """Run more cases about the worst one, and again while that raises it."""
         bound, kept = 0.0, self.near.setdefault(damper, [])
         for _ in range(_LOOKS):
             if self.bounds[damper] <= _RISE * bound or self.bounds[damper] == math.inf:
                 return
             bound, cases = self.bounds[damper], self.judge.near(self.hardest[damper])
+            if not cases:
+                return
             kept += cases
             self._run([(damper, cases)])
 
-    def _rises(self, damper: Sizes, seed: int) -> bool:
+    def _rises(self, damper: Any, seed: int) -> bool:
         """Run fresh random starts of a damper; if one exceeds its worst case, look near that."""
         bound, cases = self.bounds[damper], self.judge.fresh(self.hardest[damper], seed)
         self.near[damper] += cases
@@ -290,25 +297,8 @@ class Search:
         return np.split(greatest, places[:-1])
 
 
-def measure(judge: WorstCase, chains: Iterable[Chain]) -> np.ndarray:
+def measure(judge: Any, chains: Iterable[Any]) -> np.ndarray:
     """What counts, of each run; infinite where it stopped early or never fell so low."""
     m = judge.machine
-    values = _run(judge, list(chains), judge.observers)[m.measured[0]]
+    values = judge.observed(list(chains), judge.observers)[m.measured[0]]
     return np.where(np.isnan(values), np.inf, values * m.size).reshape(-1)
-
-
-def _run(judge: WorstCase, chains: Sequence[Chain], observers: Any) -> dict[str, np.ndarray]:
-    """Run chains, each point from the end of the one before, and return what is observed."""
-    m = judge.machine
-    force = {"forcing": m.record if m.is_recorded else m.force[0]}
-    points = [completed(point | force) for chain in chains for point in chain]
-    before: list[int] = []
-    for chain in chains:
-        before += [-1, *range(len(before), len(before) + len(chain) - 1)]
-    return run_points(
-        points,
-        observers,
-        predecessor=before,
-        workers=None,
-        **judge.run,
-    )[0]

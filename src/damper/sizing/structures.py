@@ -1,11 +1,9 @@
 """`damper.design` on a structure: which box, which mass and which gap.
 
-The worst case of a damper is the greatest value at the wanted point over frequencies of the band
-and starts: at rest, on the motion without the damper, and at random. Dampers wait in the order of
-the greatest value of their runs so far, which bounds their worst case from below; the first one
-gets its next run, the hardest so far. The first that has all of its runs is the best: no other can
-be better. Two finer grids about the best follow. Then fresh random starts, at frequencies between
-those of the grid as well, that exceed its worst case also after ten times the transient raise it;
+The worst case of a damper is the greatest value at the wanted point over tolerances, frequencies of
+the band and starts: at rest, on the motion without the damper, and at random; under a record, over
+places of the free mass. The search is that of a machine of one mass, on coarser grids: a run takes
+longer. Fresh random starts that exceed the worst case also after ten times the transient raise it;
 the hardest ones become cases of all dampers, and another one may be better.
 """
 
@@ -14,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -25,37 +23,45 @@ from damper.parameters import State
 from damper.parameters.dampers import SIParameters
 from damper.parameters.lazy import pd
 from damper.parameters.names import unknown_name
+from damper.parameters.run import RunSettings
 from damper.parameters.structure import Structure
-from damper.parameters.unusual import unusual
-from damper.sizing.clauses import EXCEEDED
-from damper.sizing.machine import LARGEST_RESTITUTION
-from damper.sizing.words import text_of
+from damper.sizing.machine import COUNTS, ONE_OF_STOPS, RECORDS, Room, RoomSettings, of_folder
+from damper.sizing.search import Grid, Search, measure
+from damper.sizing.study import AFTER, PLACES, Judge, rounded
 from damper.structures.structure.settings import StructureEntry
-from damper.study.fields import DistinctList, Line, Pair, StrictModel, Text, Unit
+from damper.study.fields import DistinctList, Line, Text, Unit
 from damper.study.messages import Mistakes
 from damper.study.yaml_file import read_yaml
-from damper.sweep.progress import Progress, progress_bar
 
-#: What may be small: variable -> unit and words.
-COUNTS = {
-    "peak_displacement": ("m", "largest displacement"),
-    "rms_displacement": ("m", "rms displacement"),
-    "peak_acceleration": ("m/s2", "largest acceleration between impacts"),
+_DRIVES = ("force_amplitude", "base_amplitude", *RECORDS)
+_ONE_OF: dict[tuple[str, ...], str] = {
+    _DRIVES: "the drive is missing: what makes it vibrate",
+    **ONE_OF_STOPS,
 }
-#: Parts of the largest mass and the largest gap of the first grid, and ratios of finer ones.
-_MASSES = (1.0, 0.5, 0.25)
-_GAPS = tuple(2.0 ** (-0.5 * k) for k in range(13))
-_FINER = (2.0**0.25, 2.0**0.0625)
-#: Random starts at each frequency; fresh ones of a round, rounds at most, and those of the check.
-_RANDOM, _FRESH, _ROUNDS, _CHECK = 2, 100, 12, 100
+#: The grid: parts of the largest mass, gaps down to `_LEAST_GAP` of the largest.
+_GRID = Grid(2.0**0.5, (1.0, 0.5, 0.25), (2.0**0.125, 2.0**0.03125))
+_LEAST_GAP = 1.0 / 64.0
+#: Random starts at each frequency, and fresh ones of a round and of the check.
+_RANDOM, _FRESH, CHECK = 2, 100, 100
 #: Hardest fresh starts of a round that all dampers get.
 _KEPT = 5
 #: Times the transient after which a fresh start that exceeds the worst case is judged.
 _LONGER = 10
+#: A gap in m that no free mass crosses.
+_NO_WALLS = 1e6
+#: Samples of a time history in a period of the mode of the lowest frequency.
+_SAMPLES = 40
 
 
-class StructureMachine(StrictModel):
-    """A structure under a band of frequencies, the room for a damper on it, and what counts."""
+class StructureMachine(Room, RoomSettings):  # type: ignore[misc]
+    """A structure, what drives it, the room for a damper on it, and what counts.
+
+    Exactly one of force_amplitude, base_amplitude, force_record and acceleration_record says what
+    drives it, and one of restitution, restitution_range and materials what the stops are of.
+    """
+
+    one_of = _ONE_OF
+    carrier = "the structure's mass that its box feels"
 
     title: Annotated[Line, Field(description="What it is, for headings.")] = "A structure"
     structure: Annotated[StructureEntry, Field(description="As in a study of kind structure.")]
@@ -65,9 +71,6 @@ class StructureMachine(StrictModel):
     base_amplitude: Annotated[
         float | None, Unit("m"), Field(gt=0, description="Of a harmonic motion of the base.")
     ] = None
-    band: Annotated[
-        Pair[float], Unit("Hz"), Field(description="Lowest and highest frequency, above 0.")
-    ]
     frequencies: Annotated[
         int, Field(ge=2, le=200, description="Of the band in the worst case, its ends included.")
     ] = 11
@@ -75,11 +78,6 @@ class StructureMachine(StrictModel):
     boxes: Annotated[
         DistinctList[Text] | None, Field(description="Where a damper may be; all places if not.")
     ] = None
-    largest_mass: Annotated[float, Unit("kg"), Field(gt=0, description="Of the free mass.")]
-    largest_gap: Annotated[float, Unit("m"), Field(gt=0, description="Room for its travel.")]
-    restitution: Annotated[
-        float, Field(ge=0, le=LARGEST_RESTITUTION, description="Rebound over approach speed.")
-    ]
     counts: Annotated[
         Literal["peak_displacement", "rms_displacement", "peak_acceleration"],
         Field(description="What is to be small."),
@@ -88,23 +86,24 @@ class StructureMachine(StrictModel):
     periods: Annotated[int, Field(ge=1, description="Cycles that count.")] = 50
     folder: Annotated[str, Field(description="Where paths of the structure begin.")] = "."
 
-    @classmethod
-    def check_keys(cls, given: Any, mistakes: Mistakes) -> None:
-        drives = ("force_amplitude", "base_amplitude")
-        if sum(given.get(key) is not None for key in drives) != 1:
-            mistakes.add(
-                (), "the drive is missing, or there are two", f"one of {', '.join(drives)}"
-            )
-
     def check_together(self, mistakes: Mistakes) -> None:
-        if not self.band[0] > 0.0:
+        if self.is_recorded and self.band is not None:
+            mistakes.add(("band",), "a record has no band of frequencies", "left out")
+        elif not self.is_recorded and self.band is None:
+            mistakes.add(("band",), "band is missing", "band: [lowest, highest] in Hz")
+        elif self.band is not None and not self.band[0] > 0.0:
             mistakes.add(("band",), f"{self.band[0]:g} Hz", "frequencies above 0")
+        if not self.mass_tolerance < self.largest_mass:
+            message = f"a free mass of up to {self.largest_mass:g} kg is within its tolerance"
+            mistakes.add(("largest_mass",), message, "more than mass_tolerance")
+        self.check_record(mistakes)
+        self.check_room(mistakes)
         try:
             made = self.made
         except (ValueError, TypeError, OSError) as error:
             mistakes.add(("structure",), str(error))
             return
-        place = "force" if self.base_amplitude is None else "base"
+        place = "base" if self.is_based else "force"
         if getattr(made, place) is None:
             mistakes.add(("structure",), f"it has no {place}, which moves it", f"a {place}")
         asked = [("point", self.point, made.points)]
@@ -119,253 +118,408 @@ class StructureMachine(StrictModel):
         return self.structure.made(Path(self.folder))
 
     @property
-    def drive(self) -> dict[str, Any]:
-        """Force and amplitude, as parameters."""
-        if self.base_amplitude is None:
-            return {"force_amplitude": self.force_amplitude}
-        return {"forcing": "base", "force_amplitude": self.base_amplitude}
+    def is_based(self) -> bool:
+        """Whether its base moves."""
+        return self.base_amplitude is not None or self.acceleration_record is not None
+
+    @property
+    def force(self) -> tuple[str, float]:
+        """Kind of the forcing and its amplitude, as a study has them."""
+        if self.is_recorded:
+            return "record", 1.0
+        kind = "harmonic" if self.base_amplitude is None else "base"
+        return kind, float(self.force_amplitude or self.base_amplitude or 0.0)
+
+    @property
+    def measured(self) -> tuple[str, str, str]:
+        """Of what counts: variable of a cube, unit, words."""
+        variable, unit, words = COUNTS[self.counts]
+        from_base = " from the base" if self.is_based and unit == "m" else ""
+        return variable, unit, f"{words} at {self.point}{from_base}"
+
+    @property
+    def least_mass(self) -> float:
+        """Least free mass in kg; it may be off by its tolerance."""
+        return 1e-9 * float(self.largest_mass)
+
+    @property
+    def has_closed_forms(self) -> bool:
+        """There are none for structures."""
+        return False
+
+    @property
+    def size(self) -> float:
+        """What is measured is in SI units."""
+        return 1.0
 
     @property
     def hertz(self) -> list[float]:
         """Frequencies of the worst case."""
-        return np.linspace(*self.band, self.frequencies).tolist()  # type: ignore[no-any-return]
+        return [] if self.band is None else np.linspace(*self.band, self.frequencies).tolist()
+
+    @cached_property
+    def lowest(self) -> float:
+        """Lowest frequency of a mode that vibrates, in Hz."""
+        return float(min((f for f in self.made.frequencies.tolist() if f > 0.0), default=1.0))
 
     def alone(self, hertz: float) -> np.ndarray:
         """Complex amplitudes of the coordinates without a damper: real part of them by sin.
 
         (K - omega^2 M + i omega C) q = B f, as for any linear structure.
         """
-        s, rate = self.made, 2.0 * math.pi * hertz
-        if self.base_amplitude is None:
-            assert s.force is not None
-            push = float(self.force_amplitude or 0.0) * s.force
-        else:
-            assert s.base is not None
-            push = self.base_amplitude * rate**2 * (s.mass @ s.base)
+        s, rate, size = self.made, 2.0 * math.pi * hertz, self.force[1]
+        place: Any = s.base if self.is_based else s.force
+        push = size * (rate**2 * (s.mass @ place) if self.is_based else place)
         return np.linalg.solve(s.stiffness - rate**2 * s.mass + 1j * rate * s.damping, push)  # type: ignore[no-any-return]
 
-    def without(self, hertz: float) -> float:
-        """What counts without a damper."""
-        size = float(abs(self.made.points[self.point] @ self.alone(hertz)))
-        by = {"rms_displacement": math.sqrt(0.5), "peak_acceleration": (math.tau * hertz) ** 2}
-        return size * by.get(self.counts, 1.0)
+    def undamped(self, hertz: float) -> float:
+        """Amplitude in m at the point without the damper at a frequency in Hz."""
+        return float(abs(self.made.points[self.point] @ self.alone(hertz)))
+
+    def mass_at(self, box: str) -> float:
+        """Mass in kg that a blow on a box feels: 1 / (b . M^-1 b)."""
+        b = self.made.boxes[box]
+        return 1.0 / float(b @ np.linalg.solve(self.made.mass, b))
+
+    def written(self) -> dict[str, Any]:
+        """Its settings as a file has them, with paths of the structure that hold in any folder."""
+        found, folder = super().written(), Path(self.folder).resolve()
+        found.pop("folder", None)
+        entry = found["structure"]
+        if isinstance(entry.get("modes"), str):
+            entry["modes"] = str(folder / entry["modes"])
+        files = entry.get("matrices")
+        if isinstance(files, str):
+            entry["matrices"] = str(folder / files)
+        elif files:
+            entry["matrices"] = {name: str(folder / path) for name, path in files.items()}
+        return found  # type: ignore[no-any-return]
 
 
 class BoxedDamper(NamedTuple):
-    """A free mass in kg in a box, and its gap in m."""
+    """A free mass in kg, its gap in m, the restitution of its stops, and its box."""
 
-    box: str
     mass: float
     gap: float
+    restitution: float
+    box: str
 
 
 class StructureCase(NamedTuple):
-    """A frequency in Hz, and a start."""
+    """A start, and how far a damper is off."""
 
-    hertz: float
-    part: float
+    part: float = 0.0
     """Size of the motion of the structure, over that without a damper; and its phase in cycles."""
-    turn: float
-    place: float
+    turn: float = 0.0
+    place: float = 0.0
     """Of the free mass between its walls, -1 to 1."""
-    speed: float
+    speed: float = 0.0
     """Of the free mass relative to its box, over the largest speed of the box."""
+    hertz: tuple[float, ...] = ()
+    """The frequency, if there is one."""
+    off: tuple[float, ...] = (0, 0, 0)
+    """Parts of the tolerances of mass, gap and restitution."""
+    longer: int = 1
+    """Factor of the transient."""
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class StructureDesign:
-    """The damper of a structure: where, how heavy, which gap, and what it does. Made by `design`.
+class BoxedRun(NamedTuple):
+    """A case of a damper."""
 
-    Numbers are in SI units; `worst` and `without` are of what counts at the point.
-    """
+    damper: BoxedDamper
+    case: StructureCase
+
+
+@dataclass(frozen=True)
+class StructureJudge(Judge):
+    """How dampers on a structure are judged; every run that was made is kept."""
 
     machine: StructureMachine
-    box: str
-    free_mass: float
-    gap: float
-    worst: float
-    """The largest of its runs."""
-    worst_frequency: float
-    without: float
-    """The largest in the band without a damper."""
-    runs: int
-    """Of all dampers."""
-    fresh_share: float
-    """Per cent of fresh random starts above the worst case."""
-    fresh_ratio: float
-    """The largest of these over the worst case."""
-    boxes: pd.DataFrame = field(repr=False)
-    """The best damper of each box; all but the first are from a coarser grid."""
-    warnings: tuple[str, ...] = ()
+    workers: int | None = None
+    """Threads; that of the cores when not given."""
+    seen: dict[BoxedRun, dict[str, float]] = field(default_factory=dict)
 
-    def __repr__(self) -> str:
-        m = self.machine
-        unit, words = COUNTS[m.counts]
-        low, high = m.band
-        rows = [
-            ("box", self.box),
-            ("free mass", text_of(self.free_mass, "kg")),
-            ("gap, the whole travel", text_of(self.gap, "m")),
-            ("coefficient of restitution", f"{m.restitution:g}"),
-            (f"{words} at {m.point} without damper", text_of(self.without, unit)),
-            ("worst case over frequencies and starts", text_of(self.worst, unit)),
-            ("frequency of the worst case", text_of(self.worst_frequency, "Hz")),
-            (f"fresh random runs above, of {_CHECK}", f"{self.fresh_share:.3g} %"),
-            ("the largest fresh run, over the worst case", f"{self.fresh_ratio:.3g}"),
-        ]
-        head = f"{m.title}: a damper against the {words} at {m.point}, {low:g} to {high:g} Hz"
-        lines = [f"! {text}" for text in self.warnings]
-        lines += [f"  {text:<46}{value}" for text, value in rows]
-        lines += ["The best damper of each box; all but the first from a coarser grid"]
-        lines += [self.boxes.to_string(index=False)]
-        lines += [
-            f"- {m.transient} cycles pass before {m.periods} count; {self.runs} runs in all.",
-            f"- The worst case is over {m.frequencies} frequencies, each with a start at rest, "
-            f"one on the motion without damper and {_RANDOM} at random.",
-        ]
-        return "\n".join([head, *lines])
+    observers = None
 
-    def save(self, folder: Any) -> None:
-        """Write the card and the table of boxes into a folder: design.txt and boxes.csv."""
-        path = Path(folder)
-        path.mkdir(parents=True, exist_ok=True)
-        (path / "design.txt").write_text(f"{self!r}\n", "utf-8")
-        self.boxes.to_csv(path / "boxes.csv", index=False)
+    @property
+    def band(self) -> list[float]:
+        """Frequencies in the band, in Hz."""
+        return self.machine.hertz
 
+    @property
+    def fine(self) -> list[float]:
+        """Frequencies at which the motion without a damper may be largest, in Hz."""
+        if self.machine.band is None:
+            return []
+        low, high = self.machine.band
+        own = [f for f in self.machine.made.frequencies.tolist() if low <= f <= high]
+        return [*np.linspace(low, high, 2001).tolist(), *own]
 
-class StructureSearch:
-    """Dampers of a structure, with what is known of their worst cases."""
+    @cached_property
+    def cases(self) -> list[StructureCase]:
+        """Cases of any damper; fresh ones that are hard for one damper are added to them."""
+        random, made = np.random.default_rng(0), []
+        for off in self.corners:
+            if self.machine.is_recorded:
+                made += [StructureCase(place=place, off=off) for place in PLACES]
+            for hertz in self.band:
+                made += self.starts(hertz, off)
+                made += [_at_random(random, hertz)._replace(off=off) for _ in range(_RANDOM)]
+        return made
 
-    def __init__(self, machine: StructureMachine) -> None:
-        self.machine = machine
-        self.runs = 0
-        self.show: Progress | None = None
-        random = np.random.default_rng(0)
-        self.cases = [
-            case
-            for hertz in machine.hertz
-            for case in (
-                StructureCase(hertz, 0.0, 0.0, 0.0, 0.1),
-                StructureCase(hertz, 1.0, 0.0, 0.0, 0.0),
-                *(_at_random(random, hertz) for _ in range(_RANDOM)),
-            )
-        ]
-        self.bounds: dict[BoxedDamper, float] = {}
-        self.hardest: dict[BoxedDamper, StructureCase] = {}
-        self._left: dict[BoxedDamper, list[StructureCase]] = {}
-        self._hard: dict[StructureCase, float] = {}
+    def starts(self, hertz: float, off: tuple[float, ...] = (0, 0, 0)) -> list[StructureCase]:
+        """Starts at rest, the free mass stirred, and on the motion without damper."""
+        rest = StructureCase(speed=0.1, hertz=(hertz,), off=off)
+        return [rest, rest._replace(part=1.0, speed=0.0)]
 
-    def best(self) -> BoxedDamper:
-        """The best damper, once fresh starts no longer raise its worst case."""
-        found = self.best_of(list(self.first_grid()))
-        for ratio in _FINER:
-            found = self.best_of([found, *self.about(found, ratio)])
-        tried = []
-        for seed in range(1, _ROUNDS + 1):
-            tried.append(found)
-            bound, cases = self.bounds[found], list(self.fresh(seed, _FRESH))
-            values = {case: self.lasting(found, case) for case in cases}
-            hard = sorted(cases, key=values.__getitem__)[-_KEPT:]
-            if values[hard[-1]] <= bound:
-                return found
-            self._raise(found, hard[-1], values[hard[-1]])
-            # A start that is hard for one damper is hard for others: it becomes a case of all.
-            for damper, left in self._left.items():
-                left += [case for case in hard if damper != found]
-            self.cases += hard
-            found = self.best_of([*self.bounds])
-        # Another one might be the best only because its rare motions were missed.
-        return self.best_of(tried)
-
-    def first_grid(self) -> Iterator[BoxedDamper]:
-        """Every box with parts of the largest mass and gap."""
-        m = self.machine
-        for box in m.boxes or m.made.boxes:
-            if m.made.boxes[box].any():
-                for mass in _MASSES:
-                    for gap in _GAPS:
-                        yield BoxedDamper(box, mass * m.largest_mass, gap * m.largest_gap)
-
-    def about(self, one: BoxedDamper, ratio: float) -> list[BoxedDamper]:
-        """Dampers near one in the same box, within the room there is."""
-        m, made = self.machine, []
-        for i in (0, -1, 1):
-            for j in (0, -1, 1, -2, 2):
-                mass = min(one.mass * ratio**i, m.largest_mass)
-                made.append(BoxedDamper(one.box, mass, min(one.gap * ratio**j, m.largest_gap)))
-        return list(dict.fromkeys(made))
-
-    def best_of(self, dampers: Sequence[BoxedDamper]) -> BoxedDamper:
-        """The damper of these whose worst case is least; of equals the first."""
-        for damper in dampers:
-            self._left.setdefault(damper, [*self.cases])
-            self.bounds.setdefault(damper, 0.0)
-        while True:
-            first = min(dampers, key=self.bounds.__getitem__)
-            if self.show:
-                self.show(sum(self.bounds[one] > 0.0 for one in dampers), len(dampers))
-            left = self._left[first]
-            if not left:
-                return first
-            case = max(left, key=lambda one: self._hard.get(one, 0.0))
-            left.remove(case)
-            value = self._try(first, case)
-            self._hard[case] = max(
-                self._hard.get(case, 0.0), value / self.machine.without(case.hertz)
-            )
-
-    def fresh(self, seed: int, count: int) -> Iterator[StructureCase]:
-        """Random starts at random frequencies of the band."""
-        random = np.random.default_rng(seed)
+    def fresh(self, seed: int, count: int) -> list[StructureCase]:
+        """Random starts at random frequencies of the band, of dampers anyhow within tolerances."""
+        random, m = np.random.default_rng(seed), self.machine
+        made = []
         for _ in range(count):
-            yield _at_random(random, float(random.uniform(*self.machine.band)))
+            if m.band is None:
+                one = StructureCase(place=random.uniform(-1.0, 1.0))
+            else:
+                one = _at_random(random, float(random.uniform(*m.band)))
+            off = random.uniform(-1.0, 1.0, 3).tolist()
+            kept = (part if t else 0.0 for part, t in zip(off, self.tolerances, strict=True))
+            made.append(one._replace(off=tuple(kept)))
+        return made
 
-    def _try(self, damper: BoxedDamper, case: StructureCase) -> float:
-        value = self.value(damper, case)
-        self._raise(damper, case, value)
-        return value
+    def near(self, worst: StructureCase) -> list[StructureCase]:
+        """No more cases about the worst one: fresh ones are everywhere."""
+        return []
 
-    def _raise(self, damper: BoxedDamper, case: StructureCase, value: float) -> None:
-        """Raise the worst case of a damper to a value that exceeds it."""
-        if value > self.bounds[damper]:
-            self.bounds[damper], self.hardest[damper] = value, case
+    def chain(self, damper: BoxedDamper, case: StructureCase) -> list[BoxedRun]:
+        """The run of a case."""
+        return [BoxedRun(damper, case)]
 
-    def lasting(self, damper: BoxedDamper, case: StructureCase) -> float:
-        """What counts in one run; after a long transient where it exceeds the worst case."""
-        value = self.value(damper, case)
-        return value if value <= self.bounds[damper] else self.value(damper, case, _LONGER)
+    def observed(self, chains: Sequence[Sequence[BoxedRun]], observers: Any) -> dict[str, Any]:
+        """Make the runs that are new, and return what is measured in each."""
+        from damper.sweep.runs import in_threads
 
-    def value(self, damper: BoxedDamper, case: StructureCase, longer: int = 1) -> float:
-        """What counts in one run; infinite where it stopped early."""
+        runs = [one for chain in chains for one in chain]
+        new = [one for one in dict.fromkeys(runs) if one not in self.seen]
+        rows = in_threads([partial(self.measured, one) for one in new], self.workers)
+        self.seen.update(zip(new, rows, strict=True))
+        names = (self.machine.measured[0], *_OF_MASS)
+        return {name: np.array([self.seen[one][name] for one in runs]) for name in names}
+
+    def measured(self, run: BoxedRun) -> dict[str, float]:
+        """What is measured in one run, at the point and of the free mass; NaN where it stopped."""
         from damper.sweep.measured import measured  # the engine with it
 
-        m, s = self.machine, self.machine.made
-        mass = {"box": damper.box, "free_mass": damper.mass, "gap": damper.gap}
-        p: Any = SIParameters(
-            structure=s,
-            masses=[mass | {"restitution": m.restitution}],
-            forcing_frequency=2.0 * math.pi * case.hertz,
-            **m.drive,
-        )
-        self.runs += 1
-        found = measured(p, (longer * m.transient, m.periods), state=self.start(damper, case))
-        value = float(found[m.counts][[*s.points].index(m.point)])
-        return math.inf if math.isnan(value) else value
+        m = self.machine
+        p = self.parameters(run)
+        found = measured(p, self.cycles(p, run.case.longer), state=self.start(run))
+        at_point = float(found[m.counts][[*m.made.points].index(m.point)])
+        return {m.counts: at_point} | {name: float(found[name][0]) for name in _OF_MASS}
 
-    def start(self, damper: BoxedDamper, case: StructureCase) -> State:
+    def parameters(self, run: BoxedRun) -> Any:
+        """The structure with its damper, as it is driven."""
+        m, (kind, size) = self.machine, self.machine.force
+        driven = {"forcing": m.record if m.is_recorded else kind, "force_amplitude": size}
+        if run.case.hertz:
+            driven["forcing_frequency"] = 2.0 * math.pi * run.case.hertz[0]
+        mass = {"box": run.damper.box, **self.sizes(run.damper, run.case.off)}
+        return SIParameters(structure=m.made, masses=[mass], **driven)  # type: ignore[arg-type]
+
+    def cycles(self, p: Any, longer: int = 1) -> tuple[float, float]:
+        """Cycles of a run before its window, and in it."""
+        m = self.machine
+        if not m.is_recorded:
+            return longer * m.transient, m.periods
+        after = 0.0 if m.counts == "rms_displacement" else AFTER / m.lowest
+        run = {"transient": 0, "periods": {"time": rounded(m.record.end + after, 8)}}
+        return RunSettings(**run).cycles(p.cycle, p.forcing.end)  # type: ignore[arg-type]
+
+    def start(self, run: BoxedRun) -> State:
         """State of a case: a part of the motion without a damper, the free mass anywhere."""
-        alone, rate = self.machine.alone(case.hertz), 2.0 * math.pi * case.hertz
+        case, gap = run.case, self.sizes(run.damper, run.case.off)["gap"]
+        box = self.machine.made.boxes[run.damper.box]
+        if not case.hertz:
+            rest = np.zeros(len(box)).tolist()
+            return State(rest, rest, 0.5 * gap * case.place, 0.0)
+        alone, rate = self.machine.alone(case.hertz[0]), 2.0 * math.pi * case.hertz[0]
         turned = case.part * np.exp(2j * math.pi * case.turn) * alone
         x, v = turned.imag, rate * turned.real  # of q sin(omega t) at 0
-        box = self.machine.made.boxes[damper.box]
         fast = rate * float(abs(box @ alone))
-        y = float(box @ x) + 0.5 * damper.gap * case.place
+        y = float(box @ x) + 0.5 * gap * case.place
         return State(x.tolist(), v.tolist(), y, float(box @ v) + case.speed * fast)
+
+    def carrier_mass(self, damper: BoxedDamper) -> float:
+        """Mass in kg that a free mass is compared with."""
+        return self.machine.mass_at(damper.box)
+
+    def history(self, damper: BoxedDamper) -> pd.DataFrame:
+        """Displacement of the point under a record as built, and without damper, over the time."""
+        from damper.sweep.measured import measured  # the engine with it
+
+        m, found = self.machine, dict[str, Any]()
+        for name, gap in (("without", _NO_WALLS), ("as_built", damper.gap)):
+            run = BoxedRun(damper._replace(gap=gap), StructureCase())
+            p = self.parameters(run)
+            cycles = self.cycles(p)
+            samples = math.ceil(_SAMPLES * m.lowest * 2.0 * math.pi / p.forcing_frequency)
+            found = measured(p, cycles, samples, math.floor(cycles[1]), self.start(run)) | found
+            found[name] = found["displacement"][:, [*m.made.points].index(m.point)]
+            del found["displacement"]
+        return pd.DataFrame({name: found[name] for name in ("time", "without", "as_built")})
+
+    def studies(self, damper: BoxedDamper) -> dict[str, dict[str, Any]]:
+        """The study of runs from rest with the damper as built, and with walls out of reach."""
+        m, size = self.machine, self.machine.force[1]
+        mass = {"box": damper.box} | self.sizes(damper)
+        study: dict[str, Any] = {
+            "title": f"{m.title}: from rest",
+            "source": "damper design",
+            "kind": "structure",
+            "structure": m.written()["structure"],
+            "masses": [mass],
+            "parameters": {"force_amplitude": size},
+            "axes": {"gap_0": {"values": [mass.pop("gap"), _NO_WALLS]}},
+            "forcing": m.forcing,
+        }
+        run = BoxedRun(damper, StructureCase())
+        study["transient"], periods = (
+            self.cycles(self.parameters(run))
+            if not self.band
+            else (
+                m.transient,
+                m.periods,
+            )
+        )
+        study["periods"] = math.ceil(periods)
+        if self.band:
+            study["axes"]["forcing_frequency"] = {"values": self.band, "unit": "Hz"}
+        return {"from_rest": study}
+
+    @cached_property
+    def alone(self) -> float:
+        """What counts under a record without a damper."""
+        none = BoxedDamper(self.machine.largest_mass, _NO_WALLS, 0.0, next(iter(self.boxes)))
+        return float(measure(self, [self.chain(none, StructureCase())])[0])
+
+    @property
+    def boxes(self) -> list[str]:
+        """Boxes that a damper may be in, and that some mode moves."""
+        m = self.machine
+        return [name for name in m.boxes or m.made.boxes if m.made.boxes[name].any()]
+
+    def closed_form(self, damper: BoxedDamper) -> dict[str, float]:
+        """Nothing: there are no closed forms for structures."""
+        return {}
+
+    def idle(self, damper: BoxedDamper) -> float:
+        """What counts where no wall of a damper reaches a free mass at rest; else 0."""
+        m, box = self.machine, self.machine.made.boxes[damper.box]
+        still = (h for h in self.band if abs(box @ m.alone(h)) < 0.5 * damper.gap)
+        return max((m.counted(m.undamped(h), h) for h in still), default=0.0)
+
+    def assumptions(self, quick: bool) -> Iterator[str]:
+        """What a card says of what was assumed."""
+        m = self.machine
+        yield "One rigid free mass without friction in a box along the motion, between equal walls."
+        yield f"Linear modes of the structure: {len(m.made)}; impacts take no time."
+        if m.is_recorded:
+            yield "All begins at rest, the free mass anywhere in the box."
+            yield "Another record is another case."
+            return
+        yield (
+            f"Starts at each of {len(self.band)} frequencies: at rest, on the motion without "
+            f"damper, and {_RANDOM} at random. {m.transient} cycles pass before {m.periods} count."
+        )
+
+
+#: Measured of the free mass.
+_OF_MASS = ("max_approach_speed", "impacts_per_cycle", "impact_power")
 
 
 def _at_random(random: np.random.Generator, hertz: float) -> StructureCase:
     part, turn = random.uniform(0.0, 1.5), random.uniform()
-    return StructureCase(hertz, part, turn, random.uniform(-0.99, 0.99), random.uniform(-1.0, 1.0))
+    place, speed = random.uniform(-0.99, 0.99), random.uniform(-1.0, 1.0)
+    return StructureCase(part, turn, place, speed, (hertz,))
+
+
+class StructureSearch(Search):
+    """Dampers of a structure, with what is known of their worst cases."""
+
+    judge: StructureJudge
+    promising, first_cases = 2, 1
+    _grid = _GRID  # type: ignore[assignment]
+
+    def first_grid(self) -> list[Any]:
+        """Every box with parts of the largest mass and gap."""
+        m = self.judge.machine
+        count = round(-math.log(_LEAST_GAP) / math.log(_GRID.ratio))
+        gaps = [m.largest_gap * _GRID.ratio**-k for k in range(count + 1)]
+        masses = [self._mass(part * m.largest_mass) for part in _GRID.masses]
+        return [
+            damper
+            for box in self.judge.boxes
+            for damper in self._dampers(
+                BoxedDamper(0.0, 0.0, 0.0, box), masses, gaps, m.restitutions
+            )
+        ]
+
+    def best_of_masses(self, found: Any) -> list[Any]:
+        """The damper `found`, and the best one of each lighter mass of the grid in its box."""
+        most, made = self.judge.machine.largest_mass, [found]
+        for mass in (self._mass(part * most) for part in _GRID.masses):
+            some = [one for one in self.bounds if one.mass == mass and one.box == found.box]
+            made += [self.best_of(some)] if mass < found.mass and some else []
+        return made
+
+    def every_run(self, damper: Any) -> pd.DataFrame:
+        """All runs of a damper: value, frequency, how far it is off, its hardest impact."""
+        self.worst(damper)
+        judge, m = self.judge, self.judge.machine
+        cases = [*judge.cases, *self.near[damper]]
+        if m.band is not None:
+            cases += [case for hertz in judge.beyond for case in judge.starts(hertz)]
+        found = judge.observed([judge.chain(damper, case) for case in cases], None)
+        sizes = pd.DataFrame([judge.sizes(damper, case.off) for case in cases])
+        own, speed = m.mass_at(damper.box), found["max_approach_speed"]
+        reduced = sizes.free_mass * own / (sizes.free_mass + own)
+        hertz = np.array([case.hertz[0] if case.hertz else 1.0 for case in cases])
+        values = found[m.counts]
+        return pd.DataFrame(
+            {
+                "value": np.where(np.isnan(values), np.inf, values),
+                "frequency": hertz,
+                "off": [case.off for case in cases],
+                "built": [not any(case.off) for case in cases],
+                "beyond": ~np.isin(hertz, judge.band) & np.isin(hertz, judge.beyond),
+                "approach_speed": speed,
+                "impulse": reduced * (1.0 + sizes.restitution) * speed,
+                "impact_energy": 0.5 * reduced * (1.0 - sizes.restitution**2) * speed**2,
+                "impact_rate": hertz * found["impacts_per_cycle"],
+                "power": found["impact_power"],
+            }
+        )
+
+    def lasting(self, damper: BoxedDamper, cases: Sequence[StructureCase]) -> np.ndarray:
+        """What counts in each; after a long transient where it exceeds the worst case."""
+        values = measure(self.judge, [self.judge.chain(damper, case) for case in cases])
+        above: list[int] = np.flatnonzero(values > self.bounds[damper]).tolist()
+        if not self.judge.machine.is_recorded and above:
+            again = [cases[k]._replace(longer=_LONGER) for k in above]
+            values[above] = measure(self.judge, [self.judge.chain(damper, one) for one in again])
+        return values
+
+    def _rises(self, damper: Any, seed: int) -> bool:
+        """Try fresh starts; once one exceeds the worst case, hard ones are cases of all dampers."""
+        cases, every = self.judge.fresh(seed + 1, _FRESH), self.judge.cases
+        values = self.lasting(damper, cases)
+        if not values.max() > self.bounds[damper]:
+            return False
+        longer = 1 if self.judge.machine.is_recorded else _LONGER
+        hard = [cases[k]._replace(longer=longer) for k in np.argsort(values)[-_KEPT:]]
+        for left in self._left.values():
+            left += range(len(every), len(every) + len(hard))
+        every += hard
+        self._hard = np.pad(self._hard, ((0, 0), (0, len(hard))))
+        return True
 
 
 def structure_machine(machine: Any, given: Mapping[str, Any]) -> StructureMachine | None:
@@ -374,7 +528,9 @@ def structure_machine(machine: Any, given: Mapping[str, Any]) -> StructureMachin
     ConfigError or ValueError lists all that is wrong.
     """
     if isinstance(machine, StructureMachine):
-        return machine
+        if not given:
+            return machine
+        machine = machine.model_dump(exclude_unset=True)
     if machine is None or isinstance(machine, Mapping):
         data = dict(machine or {}) | dict(given)
         return StructureMachine.checked("", data) if "structure" in data else None
@@ -383,61 +539,5 @@ def structure_machine(machine: Any, given: Mapping[str, Any]) -> StructureMachin
     file = read_yaml(Path(machine))
     if not isinstance(file.data, dict) or "structure" not in file.data:
         return None
-    data = {"folder": str(Path(machine).parent)} | file.data | dict(given)
+    data = {"folder": str(Path(machine).parent)} | of_folder(file.data, machine) | dict(given)
     return StructureMachine.checked_in(file, data)
-
-
-def design_on(machine: StructureMachine) -> StructureDesign:
-    """Size the damper of a structure for the worst case."""
-    search = StructureSearch(machine)
-    with progress_bar("dampers tried", "") as search.show:
-        damper = search.best()
-    worst = search.bounds[damper]
-    fresh = [search.lasting(damper, case) for case in search.fresh(1000, _CHECK)]
-    without = max(machine.without(hertz) for hertz in _fine(machine))
-    share, ratio = 100.0 * float(np.mean([v > worst for v in fresh])), max(fresh) / worst
-    room = {name: [getattr(machine, name)] for name in ("largest_mass", "largest_gap")}
-    warnings = [*unusual(room)]
-    if ratio > EXCEEDED:
-        warnings.append(
-            f"{share:.3g} % of fresh random runs exceed the worst case, by up to "
-            f"{100.0 * ratio - 100.0:.2g} %."
-        )
-    if worst >= without:
-        warnings.append("It does not help: the worst case is no better than without it.")
-    return StructureDesign(
-        machine=machine,
-        box=damper.box,
-        free_mass=damper.mass,
-        gap=damper.gap,
-        worst=worst,
-        worst_frequency=search.hardest[damper].hertz,
-        without=without,
-        runs=search.runs,
-        fresh_share=share,
-        fresh_ratio=ratio,
-        boxes=_of_each_box(search, damper),
-        warnings=tuple(warnings),
-    )
-
-
-def _fine(m: StructureMachine) -> list[float]:
-    """Frequencies at which the motion without a damper may be largest."""
-    low, high = m.band
-    own = [f for f in m.made.frequencies.tolist() if low <= f <= high]
-    return [*np.linspace(low, high, 2001).tolist(), *own]
-
-
-def _of_each_box(search: StructureSearch, best: BoxedDamper) -> pd.DataFrame:
-    m = search.machine
-    unit, words = COUNTS[m.counts]
-    rows = []
-    for box in dict.fromkeys(one.box for one in search.bounds):
-        those = [one for one in search.bounds if one.box == box]
-        one = best if box == best.box else search.best_of(those)
-        value = search.bounds[one]
-        rows.append(
-            (value, box, text_of(one.mass, "kg"), text_of(one.gap, "m"), text_of(value, unit))
-        )
-    rows.sort()
-    return pd.DataFrame([row[1:] for row in rows], columns=["box", "free mass", "gap", words])

@@ -9,7 +9,7 @@ fresh random ones of the best damper (`fresh`).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product as combinations
@@ -20,6 +20,7 @@ import numpy as np
 from damper.parameters import Parameters
 from damper.parameters.named import completed
 from damper.sizing.machine import Machine
+from damper.sizing.words import text_of
 from damper.sweep.grid import product
 from damper.sweep.runs import run_points
 from damper.theory import free_decay, two_impacts
@@ -40,9 +41,9 @@ _STIRRED = 0.1
 #: Most frequencies of a band whose order is from coarse to fine.
 _COARSE = 64
 #: Places of the free mass as a record begins, and sizes of the record off design.
-_PLACES, _SIZES = [-1.0, -0.5, 0.0, 0.5, 1.0], [0.5, 1.0, 2.0]
+PLACES, _SIZES = [-1.0, -0.5, 0.0, 0.5, 1.0], [0.5, 1.0, 2.0]
 #: Cycles of the machine's own in which a peak after a record is looked for.
-_AFTER = 2.0
+AFTER = 2.0
 #: Samples of a time history in a cycle of the machine's own.
 _SAMPLES = 40
 #: A gap over the displacement that no free mass crosses.
@@ -96,8 +97,48 @@ class Case(NamedTuple):
     """Whether it starts on the closed motion with two impacts per cycle, where there is one."""
 
 
+class Judge:
+    """How dampers are judged: how far they may be off, and frequencies beyond the band."""
+
+    machine: Any
+    band: Any
+    """Frequencies in the band, in Hz."""
+
+    @property
+    def tolerances(self) -> Sizes:
+        """How far a mass, a gap and a restitution may be off."""
+        m = self.machine
+        return Sizes(m.mass_tolerance, m.gap_tolerance, m.restitution_tolerance)
+
+    def sizes(self, damper: Any, off: tuple[float, ...] = (0, 0, 0)) -> dict[str, float]:
+        """Quantities of a damper that is off by parts of its tolerances."""
+        found = (v + part * t for v, part, t in zip(damper[:3], off, self.tolerances, strict=True))
+        mass, gap, restitution = found
+        return {"free_mass": mass, "gap": max(gap, 0.0), "restitution": restitution}
+
+    @property
+    def corners(self) -> list[tuple[int, ...]]:
+        """Parts of the tolerances: as built, then all at their ends, then what is between."""
+        ends = combinations(*([-1, 0, 1] if t else [0] for t in self.tolerances))
+        # As many of its three sizes are as built: 3, then 0, 1, 2.
+        return sorted(ends, key=lambda off: (off.count(0) + 1) % 4)
+
+    @property
+    def fine(self) -> list[float]:
+        """Frequencies at which the motion without a damper may be largest, in Hz."""
+        return self.band
+
+    @property
+    def beyond(self) -> list[float]:
+        """Frequencies outside of the band, in Hz."""
+        low, high = self.machine.band or (1.0, 1.0)
+        below = np.linspace(_RANGE[0] * low, low, _BEYOND, endpoint=False)
+        above = np.linspace(_RANGE[1] * high, high, _BEYOND, endpoint=False)
+        return _digits(np.concatenate([below, above[::-1]]))
+
+
 @dataclass(frozen=True)
-class WorstCase:
+class WorstCase(Judge):
     """How dampers of a machine are judged: frequencies, starts, lengths of runs."""
 
     machine: Machine
@@ -185,19 +226,11 @@ class WorstCase:
         return sorted({*even, own}) if low < own < high else even
 
     @property
-    def beyond(self) -> list[float]:
-        """Frequencies outside of the band, in Hz."""
-        low, high = self.machine.band or (1.0, 1.0)
-        below = np.linspace(_RANGE[0] * low, low, _BEYOND, endpoint=False)
-        above = np.linspace(_RANGE[1] * high, high, _BEYOND, endpoint=False)
-        return _digits(np.concatenate([below, above[::-1]]))
-
-    @property
     def seconds(self) -> float:
         """How long runs in free motion or under a record are."""
         m = self.machine
         if m.is_recorded:  # an rms is over the record, a peak may follow it
-            after = 0.0 if m.counts == "rms_displacement" else _AFTER * math.tau / m.rate
+            after = 0.0 if m.counts == "rms_displacement" else AFTER * math.tau / m.rate
             return rounded(m.record.end + after, 8)
         alone = -math.log(m.decay_to) / m.damping_ratio if m.damping_ratio else math.inf
         most = m.largest_mass
@@ -238,17 +271,19 @@ class WorstCase:
             return {"decay": {"half_cycles": 3, "parts": [m.decay_to]}}
         return {"response": {"extremes": True} if m.counts == "peak_acceleration" else {}}
 
-    @property
-    def tolerances(self) -> Sizes:
-        """How far a mass, a gap and a restitution may be off."""
-        m = self.machine
-        return Sizes(m.mass_tolerance, m.gap_tolerance, m.restitution_tolerance)
+    def carrier_mass(self, damper: Sizes) -> float:
+        """Mass in kg that a free mass is compared with."""
+        return float(self.machine.mass)
 
-    def sizes(self, damper: Sizes, off: tuple[float, ...] = (0, 0, 0)) -> dict[str, float]:
-        """Quantities of a damper that is off by parts of its tolerances."""
-        found = (v + part * t for v, part, t in zip(damper, off, self.tolerances, strict=True))
-        mass, gap, restitution = found
-        return {"free_mass": mass, "gap": max(gap, 0.0), "restitution": restitution}
+    def observed(self, chains: Sequence[Chain], observers: Any) -> dict[str, np.ndarray]:
+        """Run chains, each point from the end of the one before, and return what is observed."""
+        m = self.machine
+        force = {"forcing": m.record if m.is_recorded else m.force[0]}
+        points = [completed(point | force) for chain in chains for point in chain]
+        before: list[int] = []
+        for chain in chains:
+            before += [-1, *range(len(before), len(before) + len(chain) - 1)]
+        return run_points(points, observers, predecessor=before, workers=None, **self.run)[0]
 
     @property
     def starts(self) -> dict[str, list[float]]:
@@ -256,7 +291,7 @@ class WorstCase:
         if self.machine.is_free:
             return {"initial_position": [-0.5, 0.0, 0.5]}
         if self.machine.is_recorded:
-            return {"initial_position": _PLACES}
+            return {"initial_position": PLACES}
         return {"initial_displacement": [0.0, self.far, -self.far]}
 
     def axes(self, damper: Sizes) -> dict[str, list[float]]:
@@ -264,6 +299,38 @@ class WorstCase:
         three = [self.sizes(damper, (k, k, k)) for k in (-1, 0, 1)]
         made = {name: list(dict.fromkeys(one[name] for one in three)) for name in three[0]}
         return made | self.starts
+
+    def assumptions(self, quick: bool) -> Iterator[str]:
+        """What a card says of what was assumed."""
+        m = self.machine
+        yield "One rigid free mass without friction in a box along the motion, between equal walls."
+        yield (
+            "One mode of the machine; impacts take no time and have one coefficient of restitution."
+        )
+        if quick:
+            yield "The closed forms are of a light mass: their error is of the order of its ratio."
+            yield (
+                "Other frequencies, tolerances and starts are not looked at; without quick they "
+                "are."
+            )
+            return
+        run = self.run
+        if m.is_free:
+            yield "It is let go at rest, the free mass anywhere in the box and a little stirred."
+            return
+        if m.is_recorded:
+            yield (
+                "All begins at rest, the free mass anywhere in the box. The run has "
+                f"{run['periods']['time']:.4g} s; another record is another case."
+            )
+            return
+        yield (
+            f"Starts: at rest, from {text_of(self.far, 'm')} to either side, on the closed motion "
+            "with two impacts per cycle, and at random; and motions followed through the band both "
+            "ways. "
+            f"{run['transient']} cycles pass before {run['periods']} count."
+        )
+        yield f"The band has {len(self.band)} frequencies; between them only random starts are."
 
     @property
     def fixed(self) -> dict[str, float]:
@@ -283,9 +350,7 @@ class WorstCase:
         As built, then with all tolerances at their ends, then what is between; frequencies from
         coarse to fine; at last random starts.
         """
-        ends = combinations(*([-1, 0, 1] if t else [0] for t in self.tolerances))
-        # As many of its three sizes are as built: 3, then 0, 1, 2.
-        corners = sorted(ends, key=lambda off: (off.count(0) + 1) % 4)
+        corners = self.corners
         starts, band = product(self.starts, {}), self.band
         if self.machine.band is None:
             made = [Case(off, start) for off in corners for start in starts]

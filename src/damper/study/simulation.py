@@ -147,11 +147,10 @@ def simulate(
             follow=follow,
             initial=initial != "rest",
             draws=draws,
-            workers=workers,
         )
         with progress_bar() as progress:
             on_structure: Any = parameters
-            return simulate_structure(on_structure, given, run, state, progress, asked)
+            return simulate_structure(on_structure, given, run, state, progress, asked, workers)
     for name in given:
         if name not in ALL:
             raise unknown_name("argument", name, _SIGNATURE.parameters)

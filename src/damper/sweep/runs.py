@@ -8,9 +8,9 @@ buffer a thread plus what the observers were asked to keep.
 import math
 import os
 import threading
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -33,6 +33,8 @@ from damper.sweep.estimate import Workload
 from damper.sweep.grid import lies_at
 from damper.sweep.points import Point, read_point
 from damper.sweep.progress import Progress
+
+Result = TypeVar("Result")
 
 #: Row of each point that an observer observes, by the number of the point.
 Rows = Mapping[int, int] | range
@@ -145,6 +147,30 @@ def run_points(
     for observer in made:
         arrays |= observer.arrays
     return arrays, made
+
+
+def in_threads(
+    calls: Sequence[Callable[[], Result]], workers: int | None, progress: Progress | None = None
+) -> list[Result]:
+    """Return what all these return, which no number of threads changes; `workers` as above.
+
+    Where one fails or the user interrupts, those that have not begun never do.
+    """
+    threads = _threads(workers, len(calls), len(calls))
+    found = []
+    with ThreadPoolExecutor(threads) as pool:
+        working = [pool.submit(call) for call in calls]
+        try:
+            for done, each in enumerate(working, 1):
+                # By turns: a wait without an end does not notice every interrupt.
+                while wait([each], timeout=0.1).not_done:
+                    pass
+                found.append(each.result())
+                if progress:
+                    progress(done, len(calls))
+        finally:
+            pool.shutdown(cancel_futures=True)
+    return found
 
 
 def _observed(points: Sequence[Mapping[str, Any]], observer: Observer) -> Rows:

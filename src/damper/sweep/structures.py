@@ -6,6 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -34,20 +35,21 @@ def measured_grid(
     state: Any = None,
     progress: Progress | None = None,
     observers: Mapping[str, Mapping[str, Any]] | None = None,
+    workers: int | None = 1,
 ) -> dict[str, np.ndarray]:
     """Measure runs at all combinations of values, which are checked before any of them starts.
 
     Arguments are those of `damper.sweep.measured.measured`. The arrays have the axes first.
     """
     from damper.sweep.measured import measured  # the engine with it
+    from damper.sweep.runs import in_threads
 
     places = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
     points = [parameters.having(place) if place else parameters for place in places]
-    found = []
-    for done, point in enumerate(points, 1):
-        found.append(measured(point, cycles, samples, history, state, engine, observers))
-        if progress:
-            progress(done, len(points))
+    more = samples, history, state, engine, observers
+    found = in_threads(
+        [partial(measured, point, cycles, *more) for point in points], workers, progress
+    )
     shape = tuple(map(len, axes.values()))
     return {
         name: np.stack([one[name] for one in found]).reshape((*shape, *np.shape(found[0][name])))
@@ -89,6 +91,7 @@ def simulate_structure(
     state: Any = None,
     progress: Progress | None = None,
     observers: Mapping[str, Mapping[str, Any] | None] | None = None,
+    workers: int | None = None,
 ) -> xr.Dataset:
     """Measure every combination of the given values, as `damper.simulate` for a structure.
 
@@ -105,6 +108,8 @@ def simulate_structure(
         Called with the number of points done, and of all.
     observers : mapping of str to settings, optional
         Those of `damper.simulate` that know structures; they observe every free mass.
+    workers : int, optional
+        Threads, as for `damper.simulate`.
 
     Raises
     ------
@@ -136,7 +141,13 @@ def simulate_structure(
     cycles = settings.cycles(parameters.cycle, parameters.forcing.end - begun)
     engine = {"accuracy": settings.accuracy, "max_events": settings.max_events}
     watching = _of_all_masses(observers or {}, len(parameters.each))
-    more = {"engine": engine, "state": state, "progress": progress, "observers": watching}
+    more = {
+        "engine": engine,
+        "state": state,
+        "progress": progress,
+        "observers": watching,
+        "workers": workers,
+    }
     arrays = measured_grid(parameters, axes, cycles, **more)
     units = {name: parameters.quantity_of(name).units for name in axes}
     attributes = {
