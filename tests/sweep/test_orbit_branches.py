@@ -586,6 +586,8 @@ def test_what_a_branch_shows(oscillator: Branch) -> None:
     assert len(repr(oscillator.special_points)) < 200
     ax = oscillator.plot()
     assert ax.get_xlabel().startswith("clearance")
+    assert "restitution" in ax.get_title()
+    assert "clearance" not in ax.get_title()
     labels = [text.get_text() for text in ax.get_legend().get_texts()]
     assert labels == ["stable", "not stable", "period doubling", "grazing"]
     stable, other, doubling, _ = ax.get_lines()

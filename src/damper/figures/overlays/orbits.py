@@ -12,6 +12,7 @@ from damper.figures.common.panels import legend_line
 from damper.figures.common.style import BLACK, GREEN
 from damper.figures.overlays import Panels
 from damper.parameters.lazy import Artist, xr
+from damper.sweep.orbits import MARKERS
 
 #: Stable and unstable orbits.
 _LINES: dict[bool, dict[str, Any]] = {
@@ -24,16 +25,6 @@ _JUMP, _LEAST_JUMP = 5.0, 0.02
 _MARGIN = 0.3
 #: Curves of special points, and the rim by which they are seen on every colour.
 _CURVE: dict[str, Any] = {"color": GREEN, "lw": 1.2}
-#: Kind of special point -> its marker.
-_MARKERS = {
-    "fold": "o",
-    "period doubling": "s",
-    "torus": "D",
-    "symmetry breaking": "^",
-    "branch point": "v",
-    "grazing": "x",
-    "complete chatter": "*",
-}
 #: The variable that is the size of the multipliers, and changes at which none is 1.
 _SIZES, _NOT_AT_ONE = "multiplier", ("grazing", "complete chatter")
 
@@ -71,7 +62,7 @@ def _branches(panels: Panels) -> list[Artist]:
                         stable_values[name] += [column] * stable
                 text = "periodic motion, " + ("stable" if stable else "unstable")
                 drawn[text] = legend_line(text, **style)
-            for kind, marker in _MARKERS.items():
+            for kind, marker in MARKERS.items():
                 here = points.isel(point=points.kind.values == kind)
                 # At grazing and the border of chatter no multiplier is 1: they are marked above.
                 if here.sizes["point"] and not (name == _SIZES and kind in _NOT_AT_ONE):

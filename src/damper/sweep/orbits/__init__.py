@@ -7,13 +7,14 @@ along a branch, `special` locates the points on it, `corners` goes on where it h
 orbit out.
 """
 
-#: What a special point can be.
-KINDS = (
-    "fold",
-    "period doubling",
-    "torus",
-    "branch point",
-    "symmetry breaking",
-    "grazing",
-    "complete chatter",
-)
+#: What a special point can be, and how it is marked in figures.
+MARKERS = {
+    "fold": "o",
+    "period doubling": "s",
+    "torus": "D",
+    "branch point": "v",
+    "symmetry breaking": "^",
+    "grazing": "x",
+    "complete chatter": "*",
+}
+KINDS = tuple(MARKERS)

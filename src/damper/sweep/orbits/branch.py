@@ -14,6 +14,7 @@ from damper.parameters.named import named_quantity, rates_of, value_of, with_val
 from damper.parameters.quantity import real, whole
 from damper.parameters.structural import StructureParameters
 from damper.parameters.units import LENGTH, SI_UNITS, SPEED, attributes_of, units_of
+from damper.sweep.orbits import MARKERS
 from damper.sweep.orbits.equation import OrbitEquation, OrbitPoint
 from damper.sweep.orbits.periodic import PeriodicOrbit, check, require_force, require_in_step
 from damper.sweep.orbits.walk import Walk
@@ -144,6 +145,9 @@ class Branch:
             from matplotlib import pyplot
 
             ax = pyplot.subplots(layout="constrained")[1]
+            given = self.orbits[0].parameters.given.items()
+            fixed = (f"{n} {v:g}" for n, v in given if n != self.parameter and isinstance(v, float))
+            ax.set_title(", ".join(fixed), fontsize="small", wrap=True)
         values, peaks = self.values, np.array([orbit.peak for orbit in self.orbits])
         stable = np.array([orbit.stable for orbit in self.orbits])
         joined = np.convolve(~stable, [1, 1, 1], "same") > 0  # up to the stable neighbours
@@ -153,7 +157,8 @@ class Branch:
                 ax.plot(values, np.where(shown, peaks, np.nan), style, label=label)
         for kind in dict.fromkeys(point.kind for point in self.special_points):
             found = [(p.value, p.orbit.peak) for p in self.special_points if p.kind == kind]
-            ax.plot(*np.transpose(found), "o", label=kind)
+            mark = {"ls": "", "marker": MARKERS[kind], "color": "k", "mfc": "white", "label": kind}
+            ax.plot(*np.transpose(found), **mark, zorder=3)
         about, (length, _) = self._attributes
         ax.set_xlabel(f"{about['long_name']} ({units_of(about)})".removesuffix(" (1)"))
         ax.set_ylabel(f"largest displacement of the primary ({units_of(length)})")
