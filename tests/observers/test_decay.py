@@ -53,13 +53,13 @@ def test_peaks_through_impacts_are_those_of_the_motion() -> None:
     changes = {"initial_position": 0.0, "clearance": 1.6}
     cube = observed(**changes, periods=5)
     p = damper.Parameters(**DAMPER, clearance=1.6, force_amplitude=0.0)
-    run = damper.run(p, 5 * math.tau, damper.State(2.0, 0.0, 2.0, 0.0), samples_per_period=20_000)
+    run = damper.run(p, 5 * math.tau, damper.State(2.0, 0.0, 2.0, 0.0), samples_per_period=2000)
     x, time = run.motion.displacement.values, run.motion.time.values
     halves = np.split(np.arange(len(x)), np.flatnonzero(np.diff(np.sign(x))) + 1)[:-1]
     tops = [half[np.argmax(abs(x[half]))] for half in halves]
     assert len(tops) >= 9
-    np.testing.assert_allclose(listed(cube, "peak_time"), time[tops], atol=4e-4)
-    np.testing.assert_allclose(listed(cube, "peak_amplitude"), abs(x[tops]), rtol=1e-7)
+    np.testing.assert_allclose(listed(cube, "peak_time"), time[tops], atol=4e-3)
+    np.testing.assert_allclose(listed(cube, "peak_amplitude"), abs(x[tops]), rtol=2e-6)
     speeds = run.events["approach_speed"]
     lost = 0.5 * 0.1 / 1.1 * (1.0 - 0.5**2) * float((speeds**2).sum())
     assert cube.energy_to_impacts == pytest.approx(lost, rel=1e-8)
