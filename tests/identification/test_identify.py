@@ -87,6 +87,19 @@ def test_derivatives_are_those_of_runs(kind):
         assert error.max() < 1e-4 * abs(jacobian[:, j]).max(), asked.unknowns[j].name
 
 
+def test_impacts_hide_the_same_samples_of_every_run():
+    """Else a run with other impacts may leave out what the noise makes large."""
+    times, values, _ = decay()
+    asked = problem(damper.Recording(times, values, kind="acceleration"), ["restitution"])
+    points = [np.array([r, 0.0]) for r in (0.6, 0.4)]
+    own, other = (asked.residuals(point)[0] == 0.0 for point in points)
+    assert (own != other).any()
+    assert asked.hide(points[0])
+    assert not asked.hide(points[0])
+    for point in points:
+        assert (asked.residuals(point)[0] == 0.0).tolist() == own.tolist()
+
+
 def test_all_that_was_tried_has_the_noise_that_was_found():
     """Records of two kinds: the noise of each is found late, and what was tried before counts."""
     times, values, events = decay(0.4, 101)

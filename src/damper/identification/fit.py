@@ -192,6 +192,9 @@ class Fitter:
             for number, (count, kept) in enumerate(_ROUNDS):
                 found.append(self._round(self._parts(number), begin, count, kept))
                 begin += count
+                if self.problem.hide(min(found, key=lambda fit: fit.cost).point):
+                    self.sums.clear()
+                    found = [self.fit(fit.point, 1.0, _WHOLE) for fit in found]
                 found.sort(key=lambda fit: fit.cost)
                 best = found[0]
                 # The order of impacts makes many minima, some of nearly the same depth.

@@ -148,6 +148,8 @@ class RecordedDamper:
         self.ranges = dict(zip(names["ranges"], ranges.values(), strict=True))
         self._check_units()
         self.unknowns = list(self._all())
+        #: Samples of each record that impacts hide; None for those that a run's own impacts would.
+        self.hidden: list[np.ndarray | None] = [None] * len(records)
         self.noise = [record.noise or self.size(k) for k, record in enumerate(records)]
 
     def check(self, point: np.ndarray) -> None:
@@ -397,6 +399,21 @@ class RecordedDamper:
             found.append((missed * weight, changes * weight))
         return np.concatenate([r for r, _ in found]), np.concatenate([j for _, j in found])
 
+    def hide(self, point: np.ndarray) -> bool:
+        """Leave out the samples that the impacts of this run hide, of any; whether others were.
+
+        Where each run leaves out those of its own, it may leave out the largest noise.
+        """
+        before = self.hidden
+        self.hidden = [None] * len(self.records)
+        every = [
+            np.isnan(self.computed(point, k, len(record.times), False)[0])
+            for k, record in enumerate(self.records)
+        ]
+        self.hidden = list(every)
+        pairs = zip(before, every, strict=True)
+        return any(after.any() if b is None else (b != after).any() for b, after in pairs)
+
     def count(self, k: int, part: float) -> int:
         """Data in the first part of a record."""
         return max(math.ceil(part * len(self.records[k].times)), 2)
@@ -429,7 +446,9 @@ class RecordedDamper:
             motion, which = self.run(point, k, float(times[-1]), derivatives)
             order = SAMPLED.index(record.kind)
             values, changes = motion.at(times, order)
-            if order:
+            if (known := self.hidden[k]) is not None:
+                hidden = known[:count]
+            elif order:
                 blank = record.blank or 2.0 * record.step
                 for time, _, _ in motion.impacts:
                     hidden |= abs(times - time) <= blank
