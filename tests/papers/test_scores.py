@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 from damper.papers.base import Tolerances
+from damper.papers.ranges import Range, range_of
 from damper.papers.statements import SCORES
 
 EXACT = Tolerances(onset=2.0, duration=0.5, ratio=0.1)
@@ -207,3 +208,11 @@ def test_every_statement_has_a_score() -> None:
         )
         found = SCORES[name].measure(cube, EXACT)
         assert not set(found.score.dims) & set(SCORES[name].axes), name
+
+
+def test_a_range_is_the_hull_of_runs_of_three() -> None:
+    """Its length counts single values, too."""
+    holds = np.array([1, 1, 0, 1, 1, 1, 0, 0, 1, 0], dtype=bool)
+    found = range_of(np.arange(10.0), holds)
+    assert found == Range(low=3.0, high=5.0, length=6.0, span=3.0)
+    assert math.isnan(range_of(np.arange(2.0), holds[:2]).low)
