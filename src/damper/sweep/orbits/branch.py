@@ -157,7 +157,13 @@ class Branch:
                 ax.plot(values, np.where(shown, peaks, np.nan), style, label=label)
         for kind in dict.fromkeys(point.kind for point in self.special_points):
             found = [(p.value, p.orbit.peak) for p in self.special_points if p.kind == kind]
-            mark = {"ls": "", "marker": MARKERS[kind], "color": "k", "mfc": "white", "label": kind}
+            mark: dict[str, Any] = {
+                "ls": "",
+                "marker": MARKERS[kind],
+                "color": "k",
+                "mfc": "white",
+                "label": kind,
+            }
             ax.plot(*np.transpose(found), **mark, zorder=3)
         about, (length, _) = self._attributes
         ax.set_xlabel(f"{about['long_name']} ({units_of(about)})".removesuffix(" (1)"))
