@@ -124,9 +124,11 @@ def _following(model, segment, start):
         _release(m, s.bodies, now, begun, last, first)
     if tail == count and (hits or first == count):
         decide_contacts(m, now, TAIL)
-    later = begin_after(m, now, begun)
-    if hits and close(m, now, lent(later)):
+    begins = True
+    while begins:
+        # Again where chatter has been closed. One place: it becomes a part of this function.
         later = begin_after(m, now, begun)
+        begins, hits = hits and close(m, now, lent(later)), False
     new = report_first(m, here, loss)
     is_event = new.cause != NOTHING
     kept = ModalStart(later.modes, later.slot, start.tables, start.steps, later.phase)
