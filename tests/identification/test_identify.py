@@ -126,6 +126,9 @@ def test_all_that_was_tried_has_the_noise_that_was_found():
     # Points far off are no part of the interval.
     low, high = fitter.reach(fit, 2.0)
     assert high[0] - low[0] < 0.05 < 0.75 - 0.45
+    # A profile may lie to one side alone, where it began at a place that was not the lowest.
+    above = replace(fit, point=fit.point + 1e-3)
+    np.testing.assert_array_equal(fitter.reach(fit, 2.0, [(0, above)])[0], low)
 
 
 def test_a_ball_on_a_floor_by_the_law_of_free_fall():

@@ -421,8 +421,11 @@ class Fitter:
             end = way * np.maximum(way * nearest, way * fit.point + span)
             for j in {j for j, _ in others}:
                 off = [(way * (f.point[j] - fit.point[j]), f.cost) for k, f in others if k == j]
+                beyond = sorted(one for one in off if one[0] > 0.0)
+                if not beyond:  # the bound of its range, or a lower place that the profile found
+                    continue
                 # The root of the rise is nearly straight.
-                steps, costs = np.transpose(sorted([one for one in off if one[0] > 0.0]))
+                steps, costs = np.transpose(beyond)
                 rises = np.maximum.accumulate(np.maximum(costs - fit.cost, 0.0))
                 roots = [0.0, *np.sqrt(rises / max(fit.variance, _TINY))]
                 far = fit.point[j] + way * np.interp(errors, roots, [0.0, *steps])
