@@ -20,7 +20,7 @@ def test_listed_masses_are_not_taken_for_one(own: dict[str, float]) -> None:
     )
     p, _ = damper_at(cube)
     assert [one.gravity for one in p.each] == [0.0, own.get("gravity", 0.0)]
-    with pytest.raises(ValueError, match=r"^the closed form is that of the rigid damper"):
+    with pytest.raises(ValueError, match=r"^the closed form is that of rigid walls alone"):
         two_impact_ranges(cube.expand_dims("clearance"), "clearance")
 
 

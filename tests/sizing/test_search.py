@@ -251,7 +251,7 @@ def test_each_restitution_has_its_best_damper() -> None:
     worst = {damper: Search(judge).worst(damper) for damper in dampers}
     search, shown = Search(judge), []
     search.show = lambda done, total: shown.append((search.doing, done, total))
-    found = search.best_of_each(search.best_of(dampers))
+    found = search.best_of_each(search.best_of(dampers), "restitution")
     of_each = [[one for one in dampers if one.restitution == r] for r in (0.1, 0.4)]
     assert found == [min(some, key=worst.__getitem__) for some in of_each]
     assert shown[0] == ("dampers tried", 0, 4)

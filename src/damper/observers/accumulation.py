@@ -84,7 +84,7 @@ class Accumulation(Observer):
         When a run has friction, no constant restitution, or no smooth force.
     """
 
-    models = (*MODELS, "several")
+    models = MODELS
     bodies = BODIES
     bursts = Setting(
         20,

@@ -191,7 +191,7 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
     for place, known in places.items():
         main = study.main_feature
         if main != "rigid" and not (main == "prescribed" and "carrier" in known):
-            has = MODELS[main].has
+            has = f"{MODELS[main].has} (model {main})"
             message = f"its formulas are those of rigid walls alone, this damper has {has}"
         elif laws:
             message = by_law

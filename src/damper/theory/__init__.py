@@ -12,7 +12,7 @@ def require_basic(parameters: Parameters, *also: str) -> None:
     """
     p = parameters
     if p.main_feature != "rigid":
-        has = MODELS[p.main_feature].has
+        has = f"{MODELS[p.main_feature].has} (model {p.main_feature})"
         raise ValueError(f"the closed form is that of rigid walls alone, this damper has {has}")
     if p.law != "constant":
         raise ValueError(f"the closed form has a constant restitution, this is the {p.law} law")
