@@ -342,32 +342,38 @@ def _is_undisturbed(model, s, start, k, chatter):
     return True
 
 
-@walls.alone.of(Several)
-def _alone(model, segment):
-    """Masses that have left the same wall at the same speed, just now, count as one."""
-    s, k = segment, int(segment.body)
-    ratio, b = 0.0, body_in(s.bodies, k)
-    for j in range(len(s.bodies)):
-        c = body_in(s.bodies, j)
+@compiled
+def _set_leaving(model, s, mode):
+    """Give a mode to all masses that leave a wall as that of a segment does, in place; their ratio.
+
+    They leave the same wall at the same speed, just now.
+    """
+    bodies, ratio = s.bodies, 0.0
+    b = body_in(bodies, int(s.body))
+    for j in range(len(bodies)):
+        c = body_in(bodies, j)
         leaves = c.mode == TAIL or c.mode == FLIGHT
         if leaves and c.gap == 0.0 and c.side == b.side and c.rate == b.rate:
             ratio += float(model.masses[j, RATIO])
-            s.bodies[j, MODE] = FLIGHT
-    m, start = mass_at(model, k), begin(model, s)
+            bodies[j, MODE] = mode
+    return ratio
+
+
+@walls.alone.of(Several)
+def _alone(model, segment):
+    """Masses that leave the wall together count as one."""
+    ratio = _set_leaving(model, segment, FLIGHT)
+    k, start = int(segment.body), begin(model, segment)
+    m, b = mass_at(model, k), body_in(segment.bodies, k)
     view = single_mass_view(model.single, m, start, ratio, b.side, 0.0)
-    seg = segment_of(b, start)
-    return view, seg, flight_of(view.mass, start, view, seg)
+    own = segment_of(b, start)
+    return view, own, flight_of(view.mass, start, view, own)
 
 
 @walls.travel_together.of(Several)
 def _travel_together(model, segment, tau):
-    s, k = segment, int(segment.body)
-    side, rate = s.bodies[k, SIDE], s.bodies[k, RATE]
-    for j in range(len(s.bodies)):
-        b = s.bodies[j]
-        if b[MODE] == FLIGHT and b[GAP] == 0.0 and b[SIDE] == side and b[RATE] == rate:
-            b[MODE] = TAIL
-    start = begin(model, s)
+    _set_leaving(model, segment, TAIL)
+    start = begin(model, segment)
     return advance(start.osc, start.primary, tau)[0]
 
 
