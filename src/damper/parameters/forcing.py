@@ -691,11 +691,11 @@ def forcing_of(settings: Mapping[str, Any], file: str | os.PathLike[str] | None 
     return kind(**given)
 
 
-#: Units of a force's settings, of a dimensionless damper and in SI units.
-_UNITS = {
-    "step": (" √(M/K)", " s"),
-    "duration": (" √(M/K)", " s"),
-    "band": (" √(K/M)", " rad/s"),
+#: Setting of a force -> its unit, of a dimensionless damper and in SI units.
+SETTING_UNITS = {
+    "step": ("√(M/K)", "s"),
+    "duration": ("√(M/K)", "s"),
+    "band": ("√(K/M)", "rad/s"),
 }
 
 
@@ -723,8 +723,9 @@ def force_text(settings: Mapping[str, Any], si: bool = False) -> str:
             elif value == EACH_DRAW:
                 words.append(f"a {name} each draw")
             else:
-                units = _UNITS.get(name, ("", ""))[si]
-                words.append(f"{text} samples" if name == "samples" else f"{name} {text}{units}")
+                unit = SETTING_UNITS.get(name, ("", ""))[si]
+                said = f"{text} samples" if name == "samples" else f"{name} {text} {unit}"
+                words.append(said.rstrip())
     return ", ".join(words)
 
 

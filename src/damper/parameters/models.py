@@ -53,10 +53,15 @@ def models_of(damper: Any) -> tuple[str, ...]:
     return getattr(damper, "features", (room,))
 
 
+def own_feature(model: str) -> str:
+    """Return what only this model has, in words, and the model's name."""
+    has = MODELS[model].has if model in MODELS else "boxes on a structure"
+    return f"{has} (model {model})"
+
+
 def unknown_model(what: str, model: str, known: Collection[str]) -> str:
     """Message: `what`, such as an observer, does not know this model."""
-    has = MODELS[model].has if model in MODELS else "boxes on a structure"
-    return f"{what} does not know {has} (model {model}), only {', '.join(known)}"
+    return f"{what} does not know {own_feature(model)}, only {', '.join(known)}"
 
 
 def require_model(damper: Any, known: Collection[str], what: str) -> None:

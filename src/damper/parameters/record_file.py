@@ -476,6 +476,19 @@ def _taken(name: str, found: str, size: float, unit: str) -> str:
     return f"{name} in {found}, which is taken as {size:g} {unit}"
 
 
+def _factor(what: str, found: str, unit: str, how: Reading) -> tuple[float, list[str]]:
+    """By what values are multiplied, and words for a unit that is converted."""
+    if how.factor is not None:
+        return how.factor, []
+    factor = _size(found, unit)
+    if factor is None:
+        raise ValueError(
+            f"{what} in {found or 'no unit'}: must be in {_allowed(unit)}; `factor` may give its "
+            "size"
+        )
+    return factor, [] if factor == 1.0 else [_taken("values", found, factor, unit)]
+
+
 def _peer(path: Any, units: tuple[str, str], how: Reading) -> Samples:
     """Read the text of the PEER ground motion database: a head of four lines, values in rows."""
     import numpy as np
@@ -486,14 +499,7 @@ def _peer(path: Any, units: tuple[str, str], how: Reading) -> Samples:
     if marks is None:
         raise ValueError(f"{path}: the first {_AT2_LINES} lines of a PEER file must be NPTS=, DT=")
     named = re.search(r"UNITS OF\s+(\S+)", head, re.I)
-    found, unit, factor = (named[1] if named else ""), units[1], how.factor
-    if factor is None:
-        factor = _size(found, unit)
-        if factor is None:
-            raise ValueError(
-                f"{path}: a PEER file in {found or 'no unit'}: must be in "
-                f"{_allowed(unit)}; `factor` may give its size"
-            )
+    factor, more = _factor(f"{path}: a PEER file", named[1] if named else "", units[1], how)
     first = 1 + head[: marks.end()].count("\n")
     try:
         values = np.array(" ".join(lines[first:]).split(), dtype=float)
@@ -503,9 +509,7 @@ def _peer(path: Any, units: tuple[str, str], how: Reading) -> Samples:
     if len(values) != count:
         raise ValueError(f"{path}: {len(values)} samples: must be {count}, as NPTS says")
     words = [f"a PEER file of {count} samples, {step:g} s apart"]
-    if how.factor is None and factor != 1.0:
-        words.append(_taken("values", found, factor, unit))
-    return Samples(step * np.arange(count), factor * values, unit, ", ".join(words))
+    return Samples(step * np.arange(count), factor * values, units[1], ", ".join(words + more))
 
 
 def _wave(path: Any, units: tuple[str, str], how: Reading) -> Samples:
@@ -551,21 +555,14 @@ def _universal(path: Any, units: tuple[str, str], how: Reading) -> Samples:
     number, last = (how.columns or (0,))[0], len(responses) - 1
     if number not in range(last + 1) or (last and not how.columns):
         raise ValueError(f"{path}: {last + 1} time responses: columns must be one of 0 to {last}")
-    response, unit, factor = responses[int(number)], units[1], how.factor
-    given = response["ordinate_axis_units_lab"].strip()
-    named = given.upper() not in ("", "NONE")
-    words = [f"time response {number} of a universal file"]
-    if factor is None:
-        factor = _size(given, unit) if named else 1.0
-        if factor is None:
-            raise ValueError(
-                f"{path}: a time response in {given}: must be in {_allowed(unit)}; `factor` may "
-                "give its size"
-            )
-        if factor != 1.0:
-            words.append(_taken("values", given, factor, unit))
-    found = ", ".join(words)
-    return Samples(response["x"], factor * response["data"], unit if named else "", found)
+    response = responses[int(number)]
+    given, unit, more = response["ordinate_axis_units_lab"].strip(), "", list[str]()
+    factor = 1.0 if how.factor is None else how.factor
+    if given.upper() not in ("", "NONE"):
+        unit = units[1]
+        factor, more = _factor(f"{path}: a time response", given, unit, how)
+    found = ", ".join([f"time response {number} of a universal file", *more])
+    return Samples(response["x"], factor * response["data"], unit, found)
 
 
 def _matlab(path: Any, units: tuple[str, str], how: Reading) -> Samples:

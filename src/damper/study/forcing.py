@@ -18,7 +18,15 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 from pydantic import Field, PlainValidator, WithJsonSchema, create_model
 from pydantic_core import PydanticCustomError
 
-from damper.parameters.forcing import EACH_DRAW, FORCINGS, Forcing, Noise, Record, forcing_of
+from damper.parameters.forcing import (
+    EACH_DRAW,
+    FORCINGS,
+    SETTING_UNITS,
+    Forcing,
+    Noise,
+    Record,
+    forcing_of,
+)
 from damper.study.fields import OrWord, Pair, SIUnit, StrictModel, Text, one_of
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
@@ -127,8 +135,11 @@ class NoiseEntry(ForceEntry):
 
 
 _NOWHERE = Path()
-#: Units that settings of a force may have in a study in SI units.
-_SI_UNITS = {"step": "s", "duration": "s", "band": "rad/s"}
+
+
+def _units_of(name: str) -> list[Any]:
+    """The unit that a setting may have in a study in SI units, as a note; none of others."""
+    return [SIUnit(SETTING_UNITS[name][1])] if name in SETTING_UNITS else []
 
 
 @cache
@@ -147,16 +158,15 @@ def force_entry(kind: str) -> type[ForceEntry]:
         if declared is Noise and one.name == "seed":
             of = Annotated[of, OrWord(EACH_DRAW)]
             meanings[one.name] += f" `{EACH_DRAW}`: in each draw another one, by the seed of draws."
-        own = [SIUnit(_SI_UNITS[one.name])] if one.name in _SI_UNITS else []
         about = Field(description=meanings.get(one.name, ""))
-        given[one.name] = Annotated[of, about, *own], default
+        given[one.name] = Annotated[of, about, *_units_of(one.name)], default
     bases: dict[type[Forcing], type[ForceEntry]] = {Record: RecordEntry, Noise: NoiseEntry}
     base = bases.get(declared, ForceEntry)
     if declared is Record:
         meanings = _meanings(Record.read)
         for name, how in _READING.items():
-            own = [SIUnit(_SI_UNITS[name])] if name in _SI_UNITS else []
-            given[name] = Annotated[how | None, Field(description=meanings[name]), *own], None
+            about = Field(description=meanings[name])
+            given[name] = Annotated[how | None, about, *_units_of(name)], None
     made: Any = create_model(
         declared.__name__, __base__=base, __doc__=first_line(declared), **given
     )

@@ -13,7 +13,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from damper.parameters import Parameters
-from damper.parameters.forcing import EACH_DRAW, HARMONIC, Forcing, force_text, left_out
+from damper.parameters.forcing import (
+    EACH_DRAW,
+    HARMONIC,
+    SETTING_UNITS,
+    Forcing,
+    force_text,
+    left_out,
+)
 from damper.parameters.masses import own_values
 from damper.parameters.models import models_of
 from damper.parameters.named import damper_of
@@ -171,10 +178,10 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
                 (section, name, entry)
                 for section in ("forcing", "transient", "periods")
                 for name, entry in _mapping(given.get(section)).items()
-                if name in ("time", "step", "duration", "band")
+                if name in ("time", *SETTING_UNITS)
             ]
             for section, name, entry in entries:
-                # What has no unit in any study is refused where it is read.
+                # Quantities without a unit in any study are refused where they are read.
                 own = si_units(ALL[name]) if name in ALL else ["s"]
                 for text, (_, unit) in texts_with_unit(entry):
                     if not si and name not in SI_ONLY and own not in ([], ["1"]):

@@ -7,7 +7,7 @@ from itertools import combinations, product
 from typing import Any
 
 from damper.parameters.forcing import EACH_DRAW
-from damper.parameters.models import MODELS
+from damper.parameters.models import own_feature
 from damper.parameters.names import OF_ANY_MASS, split
 from damper.parameters.quantities import INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.estimate import MOST_SLICES, refuse_excess
@@ -191,7 +191,7 @@ def _check_dampers(study: Study, mistakes: Mistakes) -> None:
     for place, known in places.items():
         main = study.main_feature
         if main != "rigid" and not (main == "prescribed" and "carrier" in known):
-            has = f"{MODELS[main].has} (model {main})"
+            has = own_feature(main)
             message = f"its formulas are those of rigid walls alone, this damper has {has}"
         elif laws:
             message = by_law

@@ -9,7 +9,7 @@ import math
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any, TypeVar
 
 import numpy as np
@@ -161,16 +161,22 @@ def in_threads(
     with ThreadPoolExecutor(threads) as pool:
         working = [pool.submit(call) for call in calls]
         try:
-            for done, each in enumerate(working, 1):
-                # By turns: a wait without an end does not notice every interrupt.
-                while wait([each], timeout=0.1).not_done:
-                    pass
-                found.append(each.result())
+            for done, result in enumerate(_in_turn(working), 1):
+                found.append(result)
                 if progress:
                     progress(done, len(calls))
         finally:
             pool.shutdown(cancel_futures=True)
     return found
+
+
+def _in_turn(working: Iterable[Future[Result]]) -> Iterator[Result]:
+    """Yield what each of these returns, as soon as it does."""
+    for each in working:
+        # By turns: a wait without an end does not notice every interrupt.
+        while wait([each], timeout=0.1).not_done:
+            pass
+        yield each.result()
 
 
 def _observed(points: Sequence[Mapping[str, Any]], observer: Observer) -> Rows:
@@ -228,11 +234,8 @@ class _Sweep:
             with ThreadPoolExecutor(len(observer_sets)) as pool:
                 working = [pool.submit(self._work, waiting, one_set) for one_set in observer_sets]
                 try:
-                    for each in working:
-                        # By turns: a wait without an end does not notice every interrupt.
-                        while wait([each], timeout=0.1).not_done:
-                            pass
-                        each.result()
+                    for _ in _in_turn(working):
+                        pass
                 finally:
                     self._stopped = True
         except KeyboardInterrupt:

@@ -2,7 +2,7 @@
 
 from damper.parameters import Parameters
 from damper.parameters.dampers import BASIC, require_known
-from damper.parameters.models import MODELS
+from damper.parameters.models import own_feature
 
 
 def require_basic(parameters: Parameters, *also: str) -> None:
@@ -12,7 +12,7 @@ def require_basic(parameters: Parameters, *also: str) -> None:
     """
     p = parameters
     if p.main_feature != "rigid":
-        has = f"{MODELS[p.main_feature].has} (model {p.main_feature})"
+        has = own_feature(p.main_feature)
         raise ValueError(f"the closed form is that of rigid walls alone, this damper has {has}")
     if p.law != "constant":
         raise ValueError(f"the closed form has a constant restitution, this is the {p.law} law")
