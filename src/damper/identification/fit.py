@@ -233,7 +233,7 @@ class Fitter:
         return least
 
     def _parts(self, number: int) -> list[float]:
-        """Windows of a round; those of the next one end halfway between them."""
+        """Windows of a round; every second round has windows that end halfway between."""
         part = _FIRST * _GROWS ** (0.5 * (number % 2))
         part, parts = max(part, (2 + len(self.problem.unknowns)) / self.count), []
         while part < _LAST_PART:

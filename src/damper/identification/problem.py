@@ -148,7 +148,7 @@ class RecordedDamper:
         self.ranges = dict(zip(names["ranges"], ranges.values(), strict=True))
         self._check_units()
         self.unknowns = list(self._all())
-        #: Samples of each record that impacts hide; None for those that a run's own impacts would.
+        #: Samples of each record that impacts hide; None: each run hides those at its own impacts.
         self.hidden: list[np.ndarray | None] = [None] * len(records)
         self.noise = [record.noise or self.size(k) for k, record in enumerate(records)]
 

@@ -419,7 +419,7 @@ class Parameters(QuantityClass):
 
     @property
     def model(self) -> str:
-        """What the walls and the free masses are: rigid walls, compliant or time_varying."""
+        """Model of walls and free masses: "rigid walls", "compliant" or "time_varying"."""
         return next(filter(_UNLIKE_RIGID.__contains__, self.features), "rigid walls")
 
     @property

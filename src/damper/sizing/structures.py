@@ -27,7 +27,7 @@ from damper.parameters.run import RunSettings
 from damper.parameters.structure import Structure
 from damper.sizing.machine import COUNTS, ONE_OF_STOPS, RECORDS, Room, RoomSettings, of_folder
 from damper.sizing.search import Grid, Search, measure
-from damper.sizing.study import AFTER, PLACES, Judge, rounded
+from damper.sizing.study import AFTER, ONE_MASS, PLACES, Judge, rounded
 from damper.structures.structure.settings import StructureEntry
 from damper.study.fields import DistinctList, Line, Text, Unit
 from damper.study.messages import Mistakes
@@ -306,7 +306,7 @@ class StructureJudge(Judge):
         return {name: np.array([self.seen[one][name] for one in runs]) for name in names}
 
     def measured(self, run: BoxedRun) -> dict[str, float]:
-        """What is measured in one run, at the point and of the free mass; NaN where it stopped."""
+        """Measure one run, at the point and of the free mass; NaN where it stopped."""
         from damper.sweep.measured import measured  # the engine with it
 
         m = self.machine
@@ -355,16 +355,16 @@ class StructureJudge(Judge):
         """Displacement of the point under a record as built, and without damper, over the time."""
         from damper.sweep.measured import measured  # the engine with it
 
-        m, found = self.machine, dict[str, Any]()
+        m, made = self.machine, dict[str, Any]()
+        place = [*m.made.points].index(m.point)
         for name, gap in (("without", _NO_WALLS), ("as_built", damper.gap)):
             run = BoxedRun(damper._replace(gap=gap), StructureCase())
             p = self.parameters(run)
             cycles = self.cycles(p)
             samples = math.ceil(_SAMPLES * m.lowest * 2.0 * math.pi / p.forcing_frequency)
-            found = measured(p, cycles, samples, math.floor(cycles[1]), self.start(run)) | found
-            found[name] = found["displacement"][:, [*m.made.points].index(m.point)]
-            del found["displacement"]
-        return pd.DataFrame({name: found[name] for name in ("time", "without", "as_built")})
+            found = measured(p, cycles, samples, math.floor(cycles[1]), self.start(run))
+            made |= {"time": found["time"], name: found["displacement"][:, place]}
+        return pd.DataFrame(made)
 
     def studies(self, damper: BoxedDamper) -> dict[str, dict[str, Any]]:
         """The study of runs from rest with the damper as built, and with walls out of reach."""
@@ -380,15 +380,8 @@ class StructureJudge(Judge):
             "axes": {"gap_0": {"values": [mass.pop("gap"), _NO_WALLS]}},
             "forcing": m.forcing,
         }
-        run = BoxedRun(damper, StructureCase())
-        study["transient"], periods = (
-            self.cycles(self.parameters(run))
-            if not self.band
-            else (
-                m.transient,
-                m.periods,
-            )
-        )
+        run = BoxedRun(damper, StructureCase(hertz=tuple(self.band[:1])))
+        study["transient"], periods = self.cycles(self.parameters(run))
         study["periods"] = math.ceil(periods)
         if self.band:
             study["axes"]["forcing_frequency"] = {"values": self.band, "unit": "Hz"}
@@ -417,9 +410,9 @@ class StructureJudge(Judge):
         return max((m.counted(m.undamped(h), h) for h in still), default=0.0)
 
     def assumptions(self, quick: bool) -> Iterator[str]:
-        """What a card says of what was assumed."""
+        """Sentences of a card on what was assumed."""
         m = self.machine
-        yield "One rigid free mass without friction in a box along the motion, between equal walls."
+        yield ONE_MASS
         yield f"Linear modes of the structure: {len(m.made)}; impacts take no time."
         if m.is_recorded:
             yield "All begins at rest, the free mass anywhere in the box."

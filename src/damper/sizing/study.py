@@ -44,6 +44,8 @@ _COARSE = 64
 PLACES, _SIZES = [-1.0, -0.5, 0.0, 0.5, 1.0], [0.5, 1.0, 2.0]
 #: Cycles of the machine's own in which a peak after a record is looked for.
 AFTER = 2.0
+#: The first assumption of every card.
+ONE_MASS = "One rigid free mass without friction in a box along the motion, between equal walls."
 #: Samples of a time history in a cycle of the machine's own.
 _SAMPLES = 40
 #: A gap over the displacement that no free mass crosses.
@@ -301,9 +303,9 @@ class WorstCase(Judge):
         return made | self.starts
 
     def assumptions(self, quick: bool) -> Iterator[str]:
-        """What a card says of what was assumed."""
+        """Sentences of a card on what was assumed."""
         m = self.machine
-        yield "One rigid free mass without friction in a box along the motion, between equal walls."
+        yield ONE_MASS
         yield (
             "One mode of the machine; impacts take no time and have one coefficient of restitution."
         )

@@ -68,7 +68,7 @@ class Mistakes:
         self.lines = before + [line | {"loc": (*loc, *line["loc"])} for line in self.lines]
 
     def keep_first(self, keys: Collection[Loc]) -> None:
-        """Of each of these keys drop all mistakes after its first one."""
+        """Drop the mistakes at each of these keys but the first one."""
         seen: set[Loc] = set()
         kept = []
         for line in self.lines:

@@ -34,7 +34,7 @@ EVENT = np.dtype(
 #: Of a damper with several free masses: number of the one that it happens to, from 0.
 EVENT_OF_SEVERAL = np.dtype([*EVENT.descr, ("body", "i1")])
 #: Models whose events say which free mass they happen to.
-_NUMBERED = ("several", "structure")
+_NUMBERED = {"several", "structure"}
 #: Names of the kinds, in the order of their numbers.
 KINDS = tuple(kind.name.lower() for kind in segment.EventKind)
 IMPACT, STICK, RELEASE, STOPPED, REST, SLIP, REVERSAL = segment.EventKind
@@ -104,7 +104,7 @@ class Started:
             check_state(scaled, state, self.units)
         self.trajectory = start_run(scaled, state, accuracy, max_events)
         self.begun = 0.0 if state is None else state.time
-        self._dtype = EVENT_OF_SEVERAL if {*_NUMBERED}.intersection(scaled.features) else EVENT
+        self._dtype = EVENT if _NUMBERED.isdisjoint(scaled.features) else EVENT_OF_SEVERAL
 
     def pieces(self, until: float) -> Iterator[np.ndarray]:
         """Run on to a time, in s with SIParameters, and yield pieces of the log.

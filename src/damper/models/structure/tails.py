@@ -140,8 +140,8 @@ def _is_braked(model, bodies, start, k):
 def _may_end(model, bodies, start, k):
     """Whether a mass has left its wall just now for a brief bounce: asked before what takes time.
 
-    All bounces take at least twice its speed over its acceleration, which must hardly change in
-    this time: less than `damper.engine.accumulation.time_to_accumulation` asks for.
+    All bounces take at least twice its speed over its acceleration. The acceleration must hardly
+    change in this time: less than `damper.engine.accumulation.accumulation` asks for.
     """
     b = bodies[k]
     if b[MODE] != FLIGHT or b[GAP] != 0.0 or b[CAUSE] == NOTHING or not b[RATE] > 0.0:

@@ -7,7 +7,7 @@ along a branch, `special` locates the points on it, `corners` goes on where it h
 orbit out.
 """
 
-#: What a special point can be, and how it is marked in figures.
+#: Kind of special point -> its marker in figures.
 MARKERS = {
     "fold": "o",
     "period doubling": "s",
