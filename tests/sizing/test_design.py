@@ -82,6 +82,20 @@ def test_its_numbers_are_those_of_its_studies(found: Design, folder: Path) -> No
     assert table.unit["impact_rate"] == "1/s"
 
 
+def test_the_time_history_is_that_of_the_worst_case(found: Design, folder: Path) -> None:
+    """Its largest displacement is the worst case but for its 100 samples in a cycle."""
+    table = pd.read_csv(folder / "history.csv")
+    assert found.worst * (1.0 - 2e-3) < table.with_damper.abs().max() <= found.worst
+    shown = load_study(folder / "studies/history.yaml")
+    reached = 0.5 * shown.parameters["gap"].value
+    assert np.allclose([table.relative.min(), table.relative.max()], [-reached, reached])
+    ratio = found.worst_frequency / 20.0
+    own = 1.0 + 0.1j * ratio
+    assert math.isclose(table.without.max(), 1e-3 * abs(own / (own - ratio**2)), rel_tol=2e-3)
+    assert math.isclose(table.time.iloc[-1], 10.0 / found.worst_frequency, rel_tol=1e-9)
+    assert "history.png" in (folder / "design.md").read_text()
+
+
 def test_tolerances_are_spoken_of_where_there_are_some(found: Design) -> None:
     exact = replace(found, machine=machine_of(MACHINE | {"gap_tolerance": 0.0}))
     legends = [

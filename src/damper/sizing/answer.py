@@ -101,6 +101,9 @@ class Design:
     response: pd.DataFrame | None = None
     """What counts over the frequency in Hz: without damper, as built, and in the worst case; of
     free motion peaks, and under a record displacements, in m over the time in s."""
+    history: pd.DataFrame | None = None
+    """Displacements in m over the time in s at the worst case of a band: without damper, with it,
+    and of the free mass from the middle of its box."""
     tolerances: pd.DataFrame | None = None
     """What counts with each quantity off its value, the others as built."""
     changes: pd.DataFrame | None = None
@@ -533,6 +536,7 @@ def _answer(search: Search, damper: Sizes) -> Design:
         numbers["motions"] = _motions(motions, judge.machine)
         every = pd.concat([every, _runs_of(motions, judge.machine, frequency)])
         numbers |= {"worst_frequency": frequency} | _band_numbers(every, cube, judge)
+        numbers |= _history(judge, damper, search.hardest[damper], studies)
     studies["worst"] = judge.one(damper, search.hardest[damper])
     numbers |= _largest(every, cube_of(studies["check"])[judge.machine.measured[0]])
     orbit = _orbit(judge, damper, frequency)
@@ -740,6 +744,23 @@ def _band_numbers(every: pd.DataFrame, cube: xr.Dataset, judge: WorstCase) -> di
         "response": pd.DataFrame(table),
         "tolerances": _tolerances(array.isel({axis: np.flatnonzero(inside)}), m),
     }
+
+
+def _history(
+    judge: WorstCase, damper: Sizes, case: Any, studies: dict[str, Any]
+) -> dict[str, pd.DataFrame]:
+    """The motion in the worst case about its largest displacement; its study is added."""
+    whole = cube_of(judge.motion(damper, case))
+    moved = np.abs(np.nan_to_num(whole.trajectory_displacement.values.squeeze()))
+    about = float(whole.trajectory_time.values.squeeze()[moved.argmax()]) * case.hertz[-1]
+    if not moved.any():  # it stopped before the window
+        return {}
+    studies["history"] = judge.motion(damper, case, about)
+    found = cube_of(studies["history"]).squeeze()
+    names = {"time": "time", "without": "alone", "with_damper": "displacement"}
+    table = {name: found[f"trajectory_{variable}"].values for name, variable in names.items()}
+    table["relative"] = found.trajectory_free_displacement.values - table["with_damper"]
+    return {"history": pd.DataFrame(table).dropna(subset="time").reset_index(drop=True)}
 
 
 def _motions(cube: xr.Dataset, m: Machine) -> pd.DataFrame:

@@ -15,7 +15,16 @@ import pandas as pd
 from damper.figures import schematic
 from damper.figures.common.layout import write_prefixes
 from damper.figures.common.panels import panel_grid
-from damper.figures.common.style import BLACK, COLUMN, VERMILION, WITHOUT, label, save, style
+from damper.figures.common.style import (
+    BLACK,
+    COLUMN,
+    RELATIVE,
+    VERMILION,
+    WITHOUT,
+    label,
+    save,
+    style,
+)
 from damper.parameters.lazy import Figure
 from damper.sizing.contact import STEEL, ball_diameter
 from damper.sizing.machine import RECORDS
@@ -52,12 +61,13 @@ _INSIDE, _LEAST_SEEN = 8.0, 1.4
 #: Size of letters in the box of the sketch, in points.
 _SMALL = 7.0
 
-
+#: Tables of an answer that are drawn.
+_DRAWN = ("response", "history")
 #: Files of a page; its studies are in a folder of their own.
 _FILES = (
     *(f"design.{kind}" for kind in ("html", "md")),
-    *(f"{name}.{kind}" for name in ("sketch", "box", "response") for kind in ("svg", "png")),
-    *(f"{name}.csv" for name in ("numbers", "response", "record")),
+    *(f"{name}.{kind}" for name in ("sketch", "box", *_DRAWN) for kind in ("svg", "png")),
+    *(f"{name}.csv" for name in ("numbers", *_DRAWN, "record")),
     "machine.yaml",
 )
 
@@ -125,9 +135,10 @@ def write(design: Design, folder: Path) -> None:
     texts["machine.yaml"] = dump_yaml(machine)
     texts |= {f"studies/{name}.yaml": dump_yaml(study) for name, study in studies.items()}
     figures = {"box": box(design)} | ({} if design.box else {"sketch": sketch(design)})
-    if design.response is not None:
-        texts["response.csv"] = design.response.to_csv(index=False)
-        figures["response"] = response(design)
+    for name, draw in zip(_DRAWN, (response, history), strict=True):
+        if (drawn := getattr(design, name)) is not None:
+            texts[f"{name}.csv"] = drawn.to_csv(index=False)
+            figures[name] = draw(design)
     with style():
         for name, figure in figures.items():
             save(figure, folder / f"{name}.svg")
@@ -155,6 +166,8 @@ def _body(design: Design) -> Iterator[str | pd.DataFrame]:
     if design.response is not None:
         words = "Response in the band and beyond" if m.band else "Motion"
         yield f"![{words}, with the damper and without](response.png)"
+    if design.history is not None:
+        yield "![The worst case about its largest displacement](history.png)"
     for heading, text, frame in design.tables:
         yield f"## {heading}"
         yield text
@@ -323,5 +336,27 @@ def response(design: Design) -> Figure:
         lower.set(xlabel="frequency / Hz", ylabel="over that without")
         lower.set_xlim(table.frequency.min(), table.frequency.max())
         upper.legend(frameon=False, title=f"shaded: the band, {m.band[0]:g} to {m.band[1]:g} Hz")
+        write_prefixes(figure)
+    return figure
+
+
+def history(design: Design) -> Figure:
+    """Draw the motion of the worst case: the machine, and the free mass between its walls."""
+    table = design.history
+    assert table is not None
+    with style():
+        figure, ((upper,), (lower,)) = panel_grid(2, height=3.6, height_ratios=(3, 2))
+        alone = table[table.without.notna()]
+        upper.plot(alone.time, alone.without, **_WITHOUT)
+        upper.plot(table.time, table.with_damper, **_BUILT | {"lw": 0.9, "label": "with damper"})
+        upper.set_ylabel("displacement / m")
+        upper.set_title(f"worst case, at {design.worst_frequency:.4g} Hz", loc="left")
+        upper.legend(frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2)
+        lower.plot(table.time, table.relative, color=RELATIVE, lw=0.9, label="free mass")
+        gap = design.studies["history"]["parameters"]["gap"]
+        for wall in (-0.5 * gap, 0.5 * gap):
+            lower.axhline(wall, color="#777777", lw=0.6)
+        lower.set(xlabel="time / s", ylabel="free mass in its box / m")
+        lower.set_xlim(0.0, table.time.max())
         write_prefixes(figure)
     return figure

@@ -48,6 +48,8 @@ AFTER = 2.0
 ONE_MASS = "One rigid free mass without friction in a box along the motion, between equal walls."
 #: Samples of a time history in a cycle of the machine's own.
 _SAMPLES = 40
+#: Cycles of the worst case's time history, and samples of each.
+_SHOWN, _FINE = 10, 100
 #: A gap over the displacement that no free mass crosses.
 _NO_WALLS = 1e9
 #: How far the gap of a decay may be above the closed form's: numbers of four digits are rounded.
@@ -469,6 +471,21 @@ class WorstCase(Judge):
         elif case.hertz:
             fixed["forcing_frequency"] = {"value": case.hertz[0], "unit": "Hz"}
         return self._study("the worst run", axes, fixed, self.observers)
+
+    def motion(self, damper: Sizes, case: Case, about: float | None = None) -> dict[str, Any]:
+        """The study of the motion in a case, with the machine alone from the same start.
+
+        Sampled is the whole window, or some cycles of it about a moment, in cycles.
+        """
+        made, sampled = self.one(damper, case), {"samples_per_period": _FINE, "events": 0}
+        if about is not None:
+            first = min(max(round(about) - _SHOWN // 2, 0), made["periods"] - _SHOWN)
+            sampled |= {"start": first, "length": _SHOWN, "events": 1000, "without_damper": True}
+        at = {"at": {"forcing_frequency": case.hertz[-1]}} if made["axes"] else {}
+        figures = {"history": {"kind": "trajectory", **at}}
+        title = f"{self.machine.title}: time history of the worst run"
+        observers = {"trajectory": sampled | at}
+        return made | {"title": title, "observers": observers, "figures": figures}
 
     def check(self, damper: Sizes) -> dict[str, Any]:
         """The study of fresh random starts: another seed than the search's, and another rule."""
