@@ -110,9 +110,58 @@ def test_sequences_make_dimensions():
 
 
 @pytest.mark.parametrize(
+    ("name", "settings"),
+    [
+        ("bursts", {"records": 4}),
+        ("chatter_bursts", {"since": [0, 2]}),
+        ("burst_at", {"time": 4.0, "threshold": {"speed": 0.002}}),
+        ("stroboscopic_section", {"free_mass": True}),
+        ("impact_section", {"samples": 4}),
+        ("segments", {"periods": 1}),
+        ("trajectory", {"samples_per_period": 8, "events": 20, "length": 1.5}),
+        ("harvest", {"coefficient": 2.0}),
+    ],
+)
+def test_observers_see_on_one_mode_what_they_see_on_an_oscillator(name, settings):
+    """Through complete chatter, sticking and impacts on both walls."""
+    rate = 2.0 * math.pi
+    shapes = {"tip": [1.0], "force": "tip"}
+    one = damper.Structure.from_modes([1.0], [0.05], shapes, modal_masses=[2.0])
+    mass = {"free_mass": 0.2, "gap": 0.02, "restitution": 0.6}
+    driven = {"force_amplitude": 1.0, "forcing_frequency": 6.0}
+    oscillator = {"primary_mass": 2.0, "damping": 0.2 * rate, "stiffness": 2.0 * rate**2}
+    more = {"transient": 3, "periods": 6, "observers": {name: settings}}
+    found = damper.simulate(structure=one, masses=[mass], **driven, **more)
+    wanted = damper.simulate(damper.SIParameters(**oscillator, **mass, **driven), **more)
+    for variable in set(wanted.data_vars) - {"status"}:
+        one, other = found[variable].values, wanted[variable].values
+        assert np.isfinite(other).any(), variable
+        assert np.squeeze(one) == pytest.approx(other, rel=1e-9, abs=1e-12, nan_ok=True), variable
+
+
+def test_each_mass_has_a_box_of_its_own():
+    """Sections and trajectories against the motion of the run, in two boxes."""
+    p = on(BALL, LOW)
+    observers = {"stroboscopic_section": {"free_mass": True}, "trajectory": {}}
+    cube = damper.simulate(p, transient=0, periods=3, observers=observers)
+    moved = damper.run(p, until=3.0, samples_per_period=1).motion.displacement
+    assert cube.displacement.dims == ("body", "sample")
+    boxes = moved.sel(point=["tip", "middle"]).isel(time=slice(3))
+    assert cube.displacement.values == pytest.approx(boxes.values.T, abs=1e-14)
+    rows = cube.isel(instant=cube.trajectory_event.values == 0)
+    jump = rows.trajectory_free_velocity.diff("instant")[:, ::2]
+    hit = rows.trajectory_body.values[::2].astype(int)
+    assert set(hit) == {0, 1}
+    assert (abs(jump.values[hit, range(len(hit))]) > 1e-9).all()
+    assert (abs(jump.values[1 - hit, range(len(hit))]) < 1e-14).all()
+
+
+@pytest.mark.parametrize(
     ("given", "message"),
     [
         ({"observers": ["impacts"]}, "observers is not known on a structure"),
+        ({"observers": {"segments": {"at": {"gap_0": 1}}}}, "segments.at: on a structure every"),
+        ({"observers": {"trajectory": {"drive": True}}}, "trajectory.drive does not know"),
         ({"draws": {"count": 2}}, "draws is not known on a structure"),
         ({"gapp_0": [0.1, 0.2]}, r"unknown quantity .* 'gapp_0' \(did you mean 'gap_0'\?\)"),
         ({"gap_1": [0.1, 0.2]}, "gap_1 is of mass 1, and masses has 1"),

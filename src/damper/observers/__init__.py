@@ -51,7 +51,7 @@ def writable(name: str) -> list[tuple["Variable", str]]:
     return list(found.values())
 
 
-def _made(kind: "type[Observer]", given: Mapping[str, Any]) -> "Observer":
+def _made(kind: "type[Observer]", given: Mapping[str, Any], boxes: bool) -> "Observer":
     """Make an observer; where it is to observe several free masses, one for each."""
     observer = kind(**given)
     observer.check_together()
@@ -59,7 +59,7 @@ def _made(kind: "type[Observer]", given: Mapping[str, Any]) -> "Observer":
         return observer
     from damper.observers.common.bodies import OfEachBody
 
-    return OfEachBody(kind, given)
+    return OfEachBody(kind, given, boxes)
 
 
 def _unlike(default: Any) -> Any:
@@ -82,13 +82,17 @@ def class_in(module: ModuleType, base: type[Base]) -> type[Base]:
     )
 
 
-def make_observers(requested: Iterable[str] | Mapping[str, Mapping[str, Any] | None]) -> list[Any]:
+def make_observers(
+    requested: Iterable[str] | Mapping[str, Mapping[str, Any] | None], boxes: bool = False
+) -> list[Any]:
     """Import and construct just the observers that are asked for.
 
     Parameters
     ----------
     requested : iterable of str, or mapping of str to settings
         Observer names; a mapping gives each one's settings (or None).
+    boxes : bool, default False
+        Whether the primary of each free mass is its box on a structure.
 
     Returns
     -------
@@ -117,7 +121,7 @@ def make_observers(requested: Iterable[str] | Mapping[str, Mapping[str, Any] | N
             raise TypeError(f"observers: {name} = {given!r}: must be a mapping of settings")
         if not all(isinstance(key, str) for key in given or ()):
             raise TypeError(f"observers: {name} = {given!r}: settings have names")
-        observer = _made(observer_class(name), given or {})
+        observer = _made(observer_class(name), given or {}, boxes)
         for variable in observer.variables:
             if variable.name in owner:
                 raise ValueError(

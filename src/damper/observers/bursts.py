@@ -24,6 +24,7 @@ from damper.observers.common.base import (
     visible_in_tail,
 )
 from damper.observers.common.settings import BODIES, VISIBILITY, Setting
+from damper.parameters.models import ONE_BY_ONE
 from damper.parameters.variables import CHATTER_IMPACTS, LENGTH, Chatter, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import TIME as TIME_UNIT
@@ -82,6 +83,7 @@ BURST = record_type(*(variable.name.removeprefix("burst_") for variable in RECOR
 class Bursts(Observer):
     """Bursts: their number, visible impacts and accumulation."""
 
+    models = ONE_BY_ONE
     bodies = BODIES
     threshold = VISIBILITY
     compare_thresholds = Setting(

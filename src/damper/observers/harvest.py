@@ -27,7 +27,7 @@ class Harvest(Observer):
     the motion does not feel it: the restitution has all that an impact takes.
     """
 
-    models = tuple(MODELS)
+    models = (*MODELS, "structure")
     bodies = BODIES
     coefficient = Setting(
         1.0,

@@ -13,7 +13,7 @@ from damper.models.flights import has_mirror
 from damper.observers.common.base import Observer, Window, record_type, since
 from damper.observers.common.sections import write_sample
 from damper.observers.common.settings import BODIES, Setting
-from damper.parameters.models import ONE_MASS
+from damper.parameters.models import ONE_BY_ONE
 from damper.parameters.names import counted
 from damper.parameters.variables import Variable
 
@@ -31,7 +31,7 @@ class ObservedMotion(Observer):
     the free mass.
     """
 
-    models = (*ONE_MASS, "structure")
+    models = ONE_BY_ONE
     bodies = BODIES
     longest = Setting(8, "Longest period to look for.", "cycles", ge=1, le=1000)
     tolerance = Setting(

@@ -10,6 +10,7 @@ from damper.engine import segment as columns
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.base import Observer, Window
 from damper.observers.common.settings import AT, BODIES, Setting
+from damper.parameters.models import ONE_BY_ONE
 from damper.parameters.variables import LENGTH, SPEED, Variable
 from damper.parameters.variables import TIME as TIME_UNIT
 
@@ -40,9 +41,11 @@ class Segments(Observer):
 
     The first segment is cut where the stretch begins, unless it is the closed rest of a burst.
     Where there are too many, the first ones are missing. Of several free masses each has a
-    row for every event of any of them; the rows of all at one time hold the motion.
+    row for every event of any of them; the rows of all at one time hold the motion. On a structure
+    the primary is the box of the free mass, whose motion the rows sample.
     """
 
+    models = ONE_BY_ONE
     bodies = BODIES
     at = AT
     periods = Setting(5, "Length of the stretch, at most the window's.", "cycles", ge=1)

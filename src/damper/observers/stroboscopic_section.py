@@ -13,7 +13,7 @@ from damper.parameters.models import MODELS
 class StroboscopicSection(Section):
     """The state once per cycle."""
 
-    models = tuple(MODELS)
+    models = (*MODELS, "structure")
     shared = ("displacement", "velocity")
     when = Setting(0.0, "When in each cycle to look.", "cycles", ge=0, lt=1)
     last = Setting(

@@ -28,6 +28,7 @@ from damper.observers.common.base import (
 from damper.observers.common.bodies import require_bodies
 from damper.observers.common.settings import AT, BODIES, Setting
 from damper.observers.common.stretch import SLACK, sample_steps
+from damper.parameters.models import MODELS, ONE_BY_ONE
 from damper.parameters.variables import ACCELERATION, LENGTH, Variable
 from damper.parameters.variables import SPEED as SPEED_UNIT
 from damper.parameters.variables import TIME as TIME_UNIT
@@ -46,7 +47,8 @@ class SampledTrajectory(Observer):
     An impact gives two rows of one time, with the velocities just before and just after it; the
     start of sticking and the release give one row each. The impacts of a closed burst are not
     listed, as in `damper.events`; samples inside one follow its bounces. A sample that falls on an
-    event to the last bit shows the same side of it as the stroboscopic section does.
+    event to the last bit shows the same side of it as the stroboscopic section does. On a structure
+    the primary is the box of the first free mass.
 
     Raises
     ------
@@ -54,6 +56,7 @@ class SampledTrajectory(Observer):
         When the stretch leaves the window, as soon as its length is known.
     """
 
+    models = ONE_BY_ONE
     sees_all = True
     bodies = BODIES
     at = AT
@@ -74,6 +77,7 @@ class SampledTrajectory(Observer):
         False,
         "Write what drives the primary as well: the force over its mass. In the frame of a base "
         "that is minus the base's acceleration.",
+        models=tuple(MODELS),
     )
     without_damper = Setting(
         False,

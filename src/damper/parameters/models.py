@@ -33,6 +33,8 @@ MODELS = {
 ON_PRIMARY = tuple(name for name in MODELS if name != "prescribed")
 #: Those of one free mass.
 ONE_MASS = tuple(name for name in MODELS if name != "several")
+#: Those of one free mass, and a structure, whose free masses are observed one by one.
+ONE_BY_ONE = (*ONE_MASS, "structure")
 
 
 #: Models with one constant free mass between rigid walls: `damper.models.masses` has them all.

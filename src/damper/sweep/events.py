@@ -103,6 +103,7 @@ class Started:
             state = state.over(self.units)
             check_state(scaled, state, self.units)
         self.trajectory = start_run(scaled, state, accuracy, max_events)
+        self.trajectory.units = self.units
         self.begun = 0.0 if state is None else state.time
         self._dtype = EVENT if _NUMBERED.isdisjoint(scaled.features) else EVENT_OF_SEVERAL
 

@@ -23,6 +23,7 @@ from damper.observers import make_observers
 from damper.observers.common.base import Observer, Window
 from damper.parameters import State
 from damper.parameters.forcing import HARMONIC, Forcing
+from damper.parameters.models import models_of
 from damper.parameters.names import unknown_name
 from damper.parameters.quantity import whole
 from damper.parameters.run import RunSettings
@@ -355,7 +356,7 @@ def observed(
 
     Returned are their variables and what they are in this run, dimensionless.
     """
-    made = make_observers(observers)
+    made = make_observers(observers, "structure" in models_of(trajectory.model))
     trajectory.skip(window.periods, window.time)
     for observer in made:
         observer.allocate(1, math.ceil(window.length))

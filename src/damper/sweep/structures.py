@@ -15,8 +15,10 @@ import numpy as np
 from damper.observers import make_observers, observer_class
 from damper.parameters.lazy import xr
 from damper.parameters.masses import listed, own_values
+from damper.parameters.models import unknown_model
 from damper.parameters.names import OF_A_MASS_STRUCTURE
 from damper.parameters.run import RunSettings
+from damper.parameters.state import State
 from damper.parameters.structural import StructureParameters
 from damper.parameters.structure_results import MOST_POINTS, VARIABLES
 from damper.parameters.tables import WALL_TABLES
@@ -36,19 +38,27 @@ def measured_grid(
     progress: Progress | None = None,
     observers: Mapping[str, Mapping[str, Any]] | None = None,
     workers: int | None = 1,
+    start: Mapping[str, Sequence[float]] | None = None,
 ) -> dict[str, np.ndarray]:
     """Measure runs at all combinations of values, which are checked before any of them starts.
 
-    Arguments are those of `damper.sweep.measured.measured`. The arrays have the axes first.
+    Arguments are those of `damper.sweep.measured.measured`; `start` is that of `started`, in place
+    of a state. The arrays have the axes first.
     """
     from damper.sweep.measured import measured  # the engine with it
     from damper.sweep.runs import in_threads
 
     places = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
     points = [parameters.having(place) if place else parameters for place in places]
-    more = samples, history, state, engine, observers
+    states = [state if start is None else started(point, **start) for point in points]
+    more = engine, observers
     found = in_threads(
-        [partial(measured, point, cycles, *more) for point in points], workers, progress
+        [
+            partial(measured, point, cycles, samples, history, own, *more)
+            for point, own in zip(points, states, strict=True)
+        ],
+        workers,
+        progress,
     )
     shape = tuple(map(len, axes.values()))
     return {
@@ -57,16 +67,61 @@ def measured_grid(
     }
 
 
+def started(
+    parameters: StructureParameters,
+    displacement: Sequence[float] = (),
+    velocity: Sequence[float] = (),
+    position: Sequence[float] = (),
+    relative_velocity: Sequence[float] = (),
+) -> State:
+    """State of a structure whose free masses are placed between their walls.
+
+    Parameters
+    ----------
+    parameters : StructureParameters
+    displacement, velocity : sequence of float, optional
+        Of each coordinate or mode, in m and m/s; 0 when not given.
+    position : sequence of float, optional
+        Of each free mass between its walls: -1 at the left one, 1 at the right one, 0 when not
+        given.
+    relative_velocity : sequence of float, optional
+        Of each free mass relative to its box, in m/s; 0 when not given.
+
+    Raises
+    ------
+    ValueError
+        For a wrong number of values.
+    """
+    sizes = len(parameters.structure), len(parameters.each)
+    given = {
+        "displacement": (displacement, sizes[0], "coordinate or mode"),
+        "velocity": (velocity, sizes[0], "coordinate or mode"),
+        "position": (position, sizes[1], "free mass"),
+        "relative_velocity": (relative_velocity, sizes[1], "free mass"),
+    }
+    arrays = []
+    for name, (values, size, what) in given.items():
+        if len(values) not in (0, size):
+            raise ValueError(f"{name} has {len(values)} values: must be {size}, one for each {what}")
+        arrays.append(np.array(values if len(values) else np.zeros(size), dtype=float))
+    x, v, place, rate = arrays
+    boxes = np.array([parameters.structure.boxes[one.box] for one in parameters.each])
+    y = boxes @ x + place * [one.clearance for one in parameters.each]
+    return State(x.tolist(), v.tolist(), y.tolist(), (boxes @ v + rate).tolist())
+
+
 def structure_cube(
     arrays: Mapping[str, np.ndarray],
     axes: Mapping[str, tuple[Sequence[float], str, str]],
     points: Sequence[str],
     attributes: Mapping[str, Any],
     fixed: Mapping[str, tuple[float, str, str]] | None = None,
+    observers: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> xr.Dataset:
     """Make a cube of arrays that have the axes first.
 
-    Of each axis the values, their unit, and words; of what is `fixed` the value.
+    Of each axis the values, their unit, and words; of what is `fixed` the value. `observers` are
+    those that wrote further arrays.
     """
     data = {
         v.name: described(v, arrays[v.name], tuple(axes)) for v in VARIABLES if v.name in arrays
@@ -81,6 +136,12 @@ def structure_cube(
     }
     coords |= {"point": list(points), "mode": np.arange(1, arrays["mean_energy"].shape[-1] + 1)}
     coords["body"] = np.arange(arrays["impact_power"].shape[-1])
+    for one in make_observers(observers or {}, boxes=True):
+        for name, along in one.coordinates().items():
+            coords.setdefault(name, along)
+        for v in one.variables:
+            own = replace(v, units=SI_UNITS.get(v.units, v.units))
+            data[v.name] = described(own, arrays[v.name], tuple(axes), True)
     return xr.Dataset(data, coords, dict(attributes))
 
 
@@ -140,7 +201,7 @@ def simulate_structure(
     begun = 0.0 if state is None else state.time
     cycles = settings.cycles(parameters.cycle, parameters.forcing.end - begun)
     engine = {"accuracy": settings.accuracy, "max_events": settings.max_events}
-    watching = _of_all_masses(observers or {}, len(parameters.each))
+    watching = of_all_masses(observers or {}, len(parameters.each))
     more = {
         "engine": engine,
         "state": state,
@@ -159,19 +220,27 @@ def simulate_structure(
         **engine,
     }
     along = {n: (values, units[n], parameters.words_of(n)) for n, values in axes.items()}
-    cube = structure_cube(arrays, along, [*parameters.structure.points], attributes)
-    written = [v for one in make_observers(watching) for v in one.variables]
-    written = [replace(v, units=SI_UNITS.get(v.units, v.units)) for v in written]
-    return cube.assign({v.name: described(v, arrays[v.name], tuple(axes), True) for v in written})
+    names = [*parameters.structure.points]
+    return structure_cube(arrays, along, names, attributes, observers=watching)
 
 
-def _of_all_masses(
+def of_all_masses(
     observers: Mapping[str, Mapping[str, Any] | None], count: int
 ) -> dict[str, dict[str, Any]]:
-    """Settings of observers of single masses, which see every one of so many."""
+    """Settings of observers of single masses, which see every one of so many.
+
+    Raises
+    ------
+    ValueError
+        For an observer that knows no structures, and for some of the masses or runs alone.
+    """
     every, found = list(range(count)), {}
     for name, given in observers.items():
-        settings = dict(given or {})
+        settings, models = dict(given or {}), observer_class(name).models
+        if "structure" not in models:
+            raise ValueError(unknown_model(name, "structure", models))
+        if settings.get("at"):
+            raise ValueError(f"{name}.at: on a structure every run is observed; leave it out")
         if (
             "bodies" in observer_class(name).settings
             and settings.setdefault("bodies", every) != every

@@ -8,11 +8,12 @@ from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.impact import restitution_at
 from damper.engine.lending import lent
 from damper.engine.search import ROUNDOFF
-from damper.engine.segment import FLIGHT, TAIL, clock_after
+from damper.engine.segment import FLIGHT, IMPACT, STICKING, TAIL, clock_after
 from damper.models.structure.constants import (
     ACCUMULATION,
     ARRIVES,
     BEFORE,
+    CAUSE,
     DISPLACEMENT,
     GAP,
     HEAD,
@@ -147,6 +148,29 @@ def place_of(model: OnStructure, s: StructureSegment, k: int) -> tuple[float, fl
     offset = b[SIDE] * (mass_in(model.masses, k).clearance - b[GAP])
     place = box_at(model, s, DISPLACEMENT, k) + offset
     return place, box_at(model, s, VELOCITY, k) - b[SIDE] * b[RATE]
+
+
+@declared.masses_at.of(OnStructure)
+def _masses_at(model, segment, tau, masses):
+    here = segment
+    if tau >= 0.0:
+        here = state_after(model, segment, begin(model, segment, 2), tau)
+    is_before = tau == declared.BEFORE
+    for k in range(len(here.bodies)):
+        b, before = here.bodies[k], box_at(model, here, BEFORE, k)
+        masses[k, 0], masses[k, 1] = place_of(model, here, k)
+        masses[k, 2] = segment.bodies[k, MODE]
+        if not is_before:
+            continue
+        masses[k, 2] = b[PREVIOUS]
+        told = k == int(segment.body) and segment.cause == IMPACT
+        if told or b[CAUSE] == IMPACT:
+            masses[k, 1] = before + b[SIDE] * (segment.speed if told else float(b[SPEED]))
+        elif b[PREVIOUS] == STICKING:
+            masses[k, 1] = before
+    return box_at(model, here, DISPLACEMENT, 0), box_at(
+        model, here, BEFORE if is_before else VELOCITY, 0
+    )
 
 
 @declared.begin_samples.of(OnStructure)

@@ -27,16 +27,17 @@ def require_bodies(model: Any, name: str, bodies: tuple[int, ...]) -> None:
 class OfEachBody(Observer):
     """An observer for each of several free masses, along the dimension `body`.
 
-    Variables without a dimension of masses, such as the primary's motion, are written once.
+    Variables of the primary are written once, unless the primary is the box of each mass.
     """
 
     settings: ClassVar[dict[str, Setting]] = {}
 
-    def __init__(self, kind: type[Observer], given: Mapping[str, Any]) -> None:
+    def __init__(self, kind: type[Observer], given: Mapping[str, Any], boxes: bool = False) -> None:
         self._observers = [kind(**given) for _ in kind(**given).bodies]
         for observer in self._observers[1:]:
-            observer.is_first = False
+            observer.is_first = boxes
         self.bodies: tuple[int, ...] = self._observers[0].bodies
+        self._shared = () if boxes else self._observers[0].shared
 
     @property
     def name(self) -> str:
@@ -55,9 +56,8 @@ class OfEachBody(Observer):
     @property
     def variables(self) -> list[Variable]:
         """What they write, along `body`."""
-        shared = self._observers[0].shared
         return [
-            v if v.name in shared else replace(v, dims=("body", *v.dims))
+            v if v.name in self._shared else replace(v, dims=("body", *v.dims))
             for v in self._observers[0].variables
         ]
 
@@ -69,9 +69,8 @@ class OfEachBody(Observer):
     @arrays.setter
     def arrays(self, arrays: dict[str, np.ndarray]) -> None:
         self._arrays = arrays
-        shared = self._observers[0].shared
         for k, observer in enumerate(self._observers):
-            observer.arrays = {n: a if n in shared else a[:, k] for n, a in arrays.items()}
+            observer.arrays = {n: a if n in self._shared else a[:, k] for n, a in arrays.items()}
 
     def size(self, dim: str, window_length: int) -> int:
         """Number of masses, or what each observer says."""

@@ -6,12 +6,17 @@ from damper.engine.compiled import compiled
 from damper.engine.trajectory import Trajectory
 from damper.observers.common.base import Observer, Window
 from damper.observers.common.settings import BODIES, FREE_MASS
+from damper.parameters.models import ONE_BY_ONE
 from damper.parameters.variables import LENGTH, SPEED, Variable
 
 
 class Section(Observer):
-    """Base of the sections: samples of the primary's, and perhaps the free mass's, motion."""
+    """Base of the sections: samples of the primary's, and perhaps the free mass's, motion.
 
+    On a structure the primary is the box of the free mass.
+    """
+
+    models = ONE_BY_ONE
     bodies = BODIES
     free_mass = FREE_MASS
 

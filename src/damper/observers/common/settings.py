@@ -7,7 +7,7 @@ reference follow from that.
 from collections.abc import Mapping
 from typing import Any
 
-from damper.parameters.models import ONE_MASS
+from damper.parameters.models import ONE_BY_ONE
 from damper.parameters.names import MOST_MASSES
 from damper.parameters.setting import Setting as Setting
 from damper.parameters.units import SI_UNITS, TIME
@@ -64,4 +64,4 @@ AT = AxisPlace(
     "Values of some axes: only the runs there are observed with it, and its variables have no such "
     "dimension.",
 )
-FREE_MASS = Setting(False, "Whether to record the free mass as well.", models=ONE_MASS)
+FREE_MASS = Setting(False, "Whether to record the free mass as well.", models=ONE_BY_ONE)

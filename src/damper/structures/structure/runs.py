@@ -26,13 +26,16 @@ def run_part(
     samples: int,
     history: int,
     engine: Mapping[str, Any],
+    start: Mapping[str, Sequence[float]] | None = None,
+    observers: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> PartData:
     """Run the points at one place along the first axis as a job of the workflow."""
     made = StructureParameters(
         structure=Structure.of_settings(structure), forcing=forcing_of(forcing), **parameters
     )
     first = {name: [value] for name, value in at.items()}
-    found = measured_grid(made, {**first, **axes}, cycles, samples, history, engine)
+    more: dict[str, Any] = {"start": start, "observers": observers}
+    found = measured_grid(made, {**first, **axes}, cycles, samples, history, engine, **more)
     return PartData(found if not at else {name: array[0] for name, array in found.items()})
 
 
@@ -42,10 +45,11 @@ def gather(
     points: Sequence[str],
     attributes: Mapping[str, Any],
     fixed: Mapping[str, tuple[float, str, str]],
+    observers: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> xr.Dataset:
     """Put the parts together along the first axis."""
     whole = {
         name: np.stack([part.arrays[name] for part in parts]) if axes else array
         for name, array in parts[0].arrays.items()
     }
-    return structure_cube(whole, axes, points, attributes, fixed)
+    return structure_cube(whole, axes, points, attributes, fixed, observers)

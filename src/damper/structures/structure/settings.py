@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -12,6 +12,7 @@ from pydantic import Field, GetJsonSchemaHandler, TypeAdapter
 from pydantic_core import CoreSchema, core_schema
 
 from damper.analysis.labels import label_of
+from damper.observers import make_observers
 from damper.parameters.dampers import SIParameters
 from damper.parameters.names import OF_A_MASS_STRUCTURE, split
 from damper.parameters.quantity import Quantity
@@ -21,13 +22,15 @@ from damper.parameters.structure_results import DIMENSIONS, MOST_POINTS, VARIABL
 from damper.parameters.tables import WALL_TABLES
 from damper.parameters.unit_text import SIZES, number_in, split_unit
 from damper.parameters.units import HERTZ
+from damper.parameters.variables import Variable
 from damper.study.fields import NamedMapping, StrictModel, Text, Unit
 from damper.study.forcing import FORCES, ForceEntry
 from damper.study.jobs import Job
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
-from damper.study.settings import AxisValues
+from damper.study.settings import OBSERVER_SETTINGS, AxisValues, given_settings
 from damper.study.study_file import ProductBase, StudyFile
+from damper.sweep.structures import of_all_masses, started
 
 _NONE: dict[str, Any] = {}
 _HERE = "damper.structures.structure"
@@ -150,6 +153,43 @@ class StructureEntry(StrictModel):
         )
 
 
+_LENGTHS = tuple[Annotated[Number, Unit("m")], ...]
+_SPEEDS = tuple[Annotated[Number, Unit("m/s")], ...]
+_PLACES = tuple[Annotated[float, Field(ge=-1, le=1)], ...]
+
+
+class StartEntry(StrictModel):
+    """Where every run starts; what is not given is 0."""
+
+    displacement: Annotated[
+        _LENGTHS, Field(strict=False, description="Of each coordinate or mode, in m.")
+    ] = ()
+    velocity: Annotated[
+        _SPEEDS, Field(strict=False, description="Of each coordinate or mode, in m/s.")
+    ] = ()
+    position: Annotated[
+        _PLACES,
+        Field(
+            strict=False,
+            description="Of each free mass between its walls: -1 at the left one, 1 at the right "
+            "one.",
+        ),
+    ] = ()
+    relative_velocity: Annotated[
+        _SPEEDS, Field(strict=False, description="Of each free mass relative to its box, in m/s.")
+    ] = ()
+
+    @property
+    def numbers(self) -> dict[str, list[float]]:
+        """Settings of `damper.sweep.structures.started`."""
+        units = {"displacement": "m", "velocity": "m/s", "position": "", "relative_velocity": "m/s"}
+        return {
+            name: [float(number_in(f"start.{name}", value, [unit])) for value in values]
+            for name, unit in units.items()
+            if (values := getattr(self, name))
+        }
+
+
 class StructureAxis(AxisValues):
     """A quantity that runs through values."""
 
@@ -204,6 +244,17 @@ class StructureStudy(StudyFile):
     ] = _NONE
     transient: Annotated[int, Field(ge=0, description="Cycles before the window.")] = 100
     periods: Annotated[int, Field(ge=1, description="Cycles in the window.")] = 20
+    start: Annotated[
+        StartEntry, Field(description="Where every run starts; at rest when not given.")
+    ] = StartEntry()
+    observers: Annotated[
+        dict[str, StrictModel],
+        NamedMapping("observer", OBSERVER_SETTINGS, bare=True),
+        Field(
+            description="What to measure beside the variables of every structure, of each free "
+            "mass: observers that know structures."
+        ),
+    ] = _NONE
     samples: Annotated[
         int,
         Field(
@@ -274,6 +325,10 @@ class StructureStudy(StudyFile):
         except (ValueError, TypeError, OSError) as error:
             mistakes.add(("parameters",), str(error))
             return
+        try:
+            started(damper, **self.start.numbers)
+        except ValueError as error:
+            mistakes.add(("start",), str(error))
         for name, axis in self.axes.items():
             for value in (axis.points[0], axis.points[-1]):
                 try:
@@ -293,7 +348,19 @@ class StructureStudy(StudyFile):
         if self.history > self.periods:
             message = f"the window has {self.periods} cycles"
             mistakes.add(("history",), message, f"up to {self.periods}")
-        known = {*self.axes, *DIMENSIONS}
+        observed: list[Variable] = []
+        for name in self.observers:
+            try:
+                [one] = make_observers(self._observed((name,)), boxes=True)
+            except ValueError as error:
+                mistakes.add(("observers", name), str(error))
+                continue
+            own = [v.name for v in VARIABLES if self.history or "instant" not in v.dims]
+            if twice := [v.name for v in one.variables if v.name in own]:
+                message = f"every study of a structure has {twice[0]}, or its history"
+                mistakes.add(("observers", name), message, "left out, or history: 0")
+            observed += one.variables
+        known = {*self.axes, *DIMENSIONS, *(dim for v in observed for dim in v.dims)}
         for section, stem, made in self.products():
             for key in ("along", "lines", "panels"):
                 dim = getattr(made, key, None)
@@ -301,10 +368,16 @@ class StructureStudy(StudyFile):
                     message = f"'{dim}' is no dimension of the cube"
                     mistakes.add((section, stem, key), message, ", ".join(sorted(known)))
             shown = [v.name for v in VARIABLES if self.history or "instant" not in v.dims]
+            shown += [v.name for v in observed]
             for i, variable in enumerate(made.variables):
                 if variable not in shown:
                     message = f"'{variable}' is not in the cube"
                     mistakes.add((section, stem, "variables", i), message, ", ".join(shown))
+
+    def _observed(self, names: Iterable[str]) -> dict[str, dict[str, Any]]:
+        """Settings of these observers, of all free masses."""
+        given = {name: given_settings(self.observers[name]) for name in names}
+        return of_all_masses(given, len(self.masses))
 
     def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
         """Return a job for each value of the first axis."""
@@ -317,7 +390,12 @@ class StructureStudy(StudyFile):
             "history": self.history,
             "engine": dict(engine),
         }
-        loads = ("damper.models.structure",)
+        # A study that asks for neither keeps its results.
+        if numbers := self.start.numbers:
+            settings["start"] = numbers
+        if self.observers:
+            settings["observers"] = self._observed(self.observers)
+        loads = ("damper.models.structure", *(f"damper.observers.{n}" for n in self.observers))
         return {
             name: Job(f"{_HERE}.runs", {**settings, "at": at}, loads=loads)
             for name, at in outer.items()
@@ -344,6 +422,8 @@ class StructureStudy(StudyFile):
             "attributes": self.attributes(),
             "fixed": self.fixed,
         }
+        if self.observers:
+            settings["observers"] = self._observed(self.observers)
         return {"cube.nc": Job(f"{_HERE}.runs", settings, needs=tuple(self._split[0]))}
 
     @property
