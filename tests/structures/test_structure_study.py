@@ -103,6 +103,34 @@ def test_figures_and_tables(cube, tmp_path):
     assert table.data[["peak_displacement, point tip", "input_power"]].notna().all(axis=None)
 
 
+def test_observers_and_a_start_are_those_of_a_run(tmp_path):
+    """And a section is drawn in dots over an axis."""
+    section = {"kind": "lines", "variables": ["free_displacement"], "along": "gap_0"}
+    study = study_of(
+        tmp_path,
+        axes={"gap_0": {"values": [0.04, 0.05]}},
+        start={"displacement": ["3 cm", 0.0], "position": [0.5], "relative_velocity": [0.1]},
+        observers={"stroboscopic_section": {"free_mass": True}, "bursts": None},
+        transient=0,
+        history=0,
+        figures={"section": section | {"at": {"body": 0}}},
+        tables={},
+    )
+    parts = [done(job) for job in study.parts({"accuracy": 1e-12}).values()]
+    cube = done(study.gathered({})["cube.nc"], *parts)
+    start = damper.State([0.03, 0.0], [0.0, 0.0], 0.03 + 0.5 * 0.025, 0.1)
+    p = study.damper.having({"gap_0": 0.05})
+    motion = damper.run(p, 2.0, start, samples_per_period=1).motion
+    there = cube.sel(gap_0=0.05, body=0)
+    assert there.displacement.values == pytest.approx(motion.displacement.sel(point="tip")[:2])
+    assert there.free_displacement.values == pytest.approx(motion.free_displacement.values[:2, 0])
+    assert cube.bursts_per_period.dims == ("gap_0", "body")
+    figure = study.figure_kinds.module("lines").draw({"cube": cube}, study.figures["section"])
+    dots = figure.axes[0].lines
+    assert [len(line.get_xdata()) for line in dots] == [2, 2]
+    assert {line.get_linestyle() for line in dots} == {"None"}
+
+
 def test_words_name_the_box_of_a_mass():
     """Where there are several, and the mass as well where they share a box."""
     modes = Structure.from_modes([1.0], 0.02, {"tip": [1], "middle": [0.3], "force": "middle"})
@@ -150,6 +178,12 @@ def test_settings_in_plain_values_make_the_same_parameters(tmp_path):
         ({"axes": {"gap_0": {"values": [1.0], "unit": "Hz"}}}, "gap_0 is not in Hz here"),
         ({"axes": {}}, "'gap_0' is no dimension of the cube"),
         ({"history": 3}, "the window has 2 cycles"),
+        ({"observers": {"impacts": None}}, "impacts does not know boxes on a structure"),
+        ({"observers": {"trajectory": None}}, "history of a run has variables or dimensions"),
+        ({"observers": {"burst": None}}, r"'burst' \(did you mean 'bursts'\?\)|unknown observer"),
+        ({"start": {"displacement": [0.1]}}, "displacement has 1 values: must be 2"),
+        ({"start": {"position": [2.0]}}, "position"),
+        ({"start": {"velocity": ["2 kg", 0]}}, "has the unit 'kg'"),
         ({"history": 0}, "'mode_energy' is not in the cube"),
     ],
 )

@@ -61,7 +61,7 @@ def simulate(
     With `structure`, or parameters that have one, runs are those of free masses on a structure:
     sequences make dimensions of `gap_0`, `mode_1_frequency` and other numbers, and every run is
     measured whole: motion of each point, energy of each mode, impacts of each free mass, powers.
-    Of the observers `lyapunov` and `motion` go with a structure.
+    docs/structures.md lists the observers that go with a structure.
 
     Else the parameters are those of `damper.Parameters`, or in their place those of
     `damper.SIParameters`: then initial quantities, yield speed and dataset are in m, s and J, too.

@@ -102,7 +102,9 @@ def started(
     arrays = []
     for name, (values, size, what) in given.items():
         if len(values) not in (0, size):
-            raise ValueError(f"{name} has {len(values)} values: must be {size}, one for each {what}")
+            raise ValueError(
+                f"{name} has {len(values)} values: must be {size}, one for each {what}"
+            )
         arrays.append(np.array(values if len(values) else np.zeros(size), dtype=float))
     x, v, place, rate = arrays
     boxes = np.array([parameters.structure.boxes[one.box] for one in parameters.each])
@@ -241,14 +243,13 @@ def of_all_masses(
             raise ValueError(unknown_model(name, "structure", models))
         if settings.get("at"):
             raise ValueError(f"{name}.at: on a structure every run is observed; leave it out")
-        if (
-            "bodies" in observer_class(name).settings
-            and settings.setdefault("bodies", every) != every
-        ):
-            raise ValueError(
-                f"{name}.bodies = {settings['bodies']!r}: on a structure each mass is observed; "
-                "leave it out"
-            )
+        if "bodies" in observer_class(name).settings:
+            if list(settings.get("bodies") or every) != every:
+                raise ValueError(
+                    f"{name}.bodies = {settings['bodies']!r}: on a structure each mass is "
+                    "observed; leave it out"
+                )
+            settings["bodies"] = every
         found[name] = settings
     return found
 

@@ -153,8 +153,8 @@ class StructureEntry(StrictModel):
         )
 
 
-_LENGTHS = tuple[Annotated[Number, Unit("m")], ...]
-_SPEEDS = tuple[Annotated[Number, Unit("m/s")], ...]
+_LENGTHS = Annotated[tuple[float, ...], Unit("m")]
+_SPEEDS = Annotated[tuple[float, ...], Unit("m/s")]
 _PLACES = tuple[Annotated[float, Field(ge=-1, le=1)], ...]
 
 
@@ -182,12 +182,7 @@ class StartEntry(StrictModel):
     @property
     def numbers(self) -> dict[str, list[float]]:
         """Settings of `damper.sweep.structures.started`."""
-        units = {"displacement": "m", "velocity": "m/s", "position": "", "relative_velocity": "m/s"}
-        return {
-            name: [float(number_in(f"start.{name}", value, [unit])) for value in values]
-            for name, unit in units.items()
-            if (values := getattr(self, name))
-        }
+        return {name: list(values) for name, values in self if values}
 
 
 class StructureAxis(AxisValues):
@@ -356,8 +351,9 @@ class StructureStudy(StudyFile):
                 mistakes.add(("observers", name), str(error))
                 continue
             own = [v.name for v in VARIABLES if self.history or "instant" not in v.dims]
-            if twice := [v.name for v in one.variables if v.name in own]:
-                message = f"every study of a structure has {twice[0]}, or its history"
+            of_history = "instant" if self.history else ""
+            if any(v.name in own or of_history in v.dims for v in one.variables):
+                message = "the history of a run has variables or dimensions of this name"
                 mistakes.add(("observers", name), message, "left out, or history: 0")
             observed += one.variables
         known = {*self.axes, *DIMENSIONS, *(dim for v in observed for dim in v.dims)}

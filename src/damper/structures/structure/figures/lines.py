@@ -21,7 +21,11 @@ _HEIGHTS = {1: 2.2, 2: 1.9, 3: 1.7}
 
 
 class StructureLines(ProductBase):
-    """A variable over an axis, or over time, with a line for each value of another dimension."""
+    """A variable over an axis, or over time, with a line for each value of another dimension.
+
+    Where the variable has several values at one place, such as the samples of a section, each is a
+    dot.
+    """
 
     variables: Annotated[
         DistinctList[Text], Field(max_length=1, description="The variable of the ordinate.")
@@ -107,8 +111,12 @@ def _panel(ax: Axes, part: xr.Dataset, name: str, settings: StructureLines) -> d
         text = "" if settings.lines is None else _text(one, settings.lines)
         dashes = _DASHES[k // len(colours) % len(_DASHES)]
         style: dict[str, Any] = {"color": colours[k % len(colours)], "lw": 0.9, "ls": dashes}
-        x = one["time"] if settings.along == "instant" else one[settings.along]
-        ax.plot(x.values, one[name].values, **style)
+        times = "time" if "time" in one else "trajectory_time"
+        x = one[times if settings.along == "instant" else settings.along]
+        values = one[name].squeeze().transpose(*x.dims, ...).values
+        if values.ndim > x.ndim:
+            style = {"color": style["color"], "ls": "", "marker": ".", "ms": 1.5}
+        ax.plot(x.values, values, **style)
         found[text] = style
     if settings.log:
         ax.set_yscale("log")
