@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 import damper
 from damper.analysis.accumulation import errors_of
-from damper.figures.common.style import BLUE, VERMILION
+from damper.figures.common.style import BLUE, ORANGE
 
 POINT = {"mass_ratio": 0.2, "frequency_ratio": 0.25, "clearance": 0.03}
 RUN = {"transient": 0, "periods": 5, "observers": {"accumulation": {"bursts": 6}}}
@@ -34,7 +34,7 @@ def points(ax: Axes, colour: str) -> list[Line2D]:
     ]
 
 
-@pytest.mark.parametrize(("order", "colour"), [("first", VERMILION), ("second", BLUE)])
+@pytest.mark.parametrize(("order", "colour"), [("first", ORANGE), ("second", BLUE)])
 @pytest.mark.parametrize(("panel", "quantity"), [(0, "time"), (1, "displacement")])
 def test_points_are_the_errors(
     cube: xr.Dataset, panel: int, quantity: str, order: str, colour: str

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from damper import simulate
-from damper.figures.common.style import BLACK, BLUE, COLUMN, ORANGE, VERMILION
+from damper.figures.common.style import BLACK, BLUE, COLUMN, ORANGE, SKY, THEORY
 from damper.theory.steady import steady_amplitude
 
 GRID = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
@@ -77,7 +77,7 @@ def bars(ax: Axes) -> set[tuple[float, float, str]]:
 
 
 def bracket(ax: Axes) -> tuple[float, float]:
-    (line,) = (line for line in ax.lines if line.get_color() == VERMILION)
+    (line,) = (line for line in ax.lines if line.get_color() == THEORY)
     return float(min(line.get_xdata())), float(max(line.get_xdata()))
 
 
@@ -223,7 +223,7 @@ def branched(branches: dict[str, list[Any]], chatter: list[list[int]] | None = N
 
 
 def clouds(ax: Axes) -> dict[str, Line2D]:
-    names = {BLACK: "up", VERMILION: "down"}
+    names = {BLACK: "up", SKY: "down"}
     return {names[line.get_color()]: line for line in ax.lines if line.get_marker() == "."}
 
 

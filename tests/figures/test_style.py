@@ -44,6 +44,20 @@ def test_same_bytes_at_any_time_whatever_the_users_settings(tmp_path: Path, end:
     assert len(first) > 1000
 
 
+def test_a_colour_of_one_thing_is_named_by_it() -> None:
+    """In modules that draw, and on the page of results."""
+    own = {style.FREE_MASS, style.RELATIVE, style.THEORY, style.WITHOUT}
+    assert own.isdisjoint({*style.COLOURS, style.ORANGE, style.BLUE, style.PURPLE, style.SKY})
+    package = Path(style.__file__).parents[2]
+    for path in package.rglob("*.py"):
+        text = path.read_text("utf-8")
+        if path != Path(style.__file__):
+            assert not re.search(r"\b(VERMILION|GREEN)\b", text), path
+    page = (Path(__file__).parents[2] / "workflow/report/page.js").read_text("utf-8")
+    for name in ("FREE_MASS", "RELATIVE", "THEORY", "BLUE", "ORANGE", "SKY"):
+        assert f'{name} = "{getattr(style, name)}"' in page
+
+
 def test_all_files_of_a_figure_have_one_layout(tmp_path: Path) -> None:
     with style.style():
         drawn = figure()
@@ -89,7 +103,7 @@ def test_colours_differ_in_grey() -> None:
     assert abs(grey[0] - grey[1]) > 0.2
 
 
-def test_one_thing_has_one_colour_in_all_figures_and_on_the_page() -> None:
+def test_one_thing_has_one_colour_in_all_figures() -> None:
     point = {"mass_ratio": 0.1, "damping_ratio": 0.02, "frequency_ratio": 1.0, "restitution": 0.6}
     observers: dict[str, Any] = {
         "bursts": {"records": 9},
@@ -121,10 +135,6 @@ def test_one_thing_has_one_colour_in_all_figures_and_on_the_page() -> None:
                             assert line.get_color() == colour, kind
                             seen.add((kind, colour))
     assert len(seen) == 3 + 1 + 2 + 2
-    script = (Path(__file__).parents[2] / "workflow/report/page.js").read_text()
-    for name in ("FREE_MASS", "RELATIVE"):
-        (hue,) = re.findall(rf"\b{name} = (\w+)", script)
-        assert re.findall(rf'\b{hue} = "(#\w+)"', script) == [getattr(style, name)]
 
 
 def test_unknown_kind_is_refused_with_the_known_ones() -> None:

@@ -17,7 +17,7 @@ from new_process import modules_after
 import damper
 from damper.analysis.orbits import follow_orbits
 from damper.figures import modules
-from damper.figures.common.style import GREEN, VERMILION
+from damper.figures.common.style import THEORY
 from damper.study.digest import files_behind
 from damper.study.kinds import FIGURES
 from damper.theory.small_mass import critical_restitution
@@ -33,7 +33,7 @@ def lines(ax: Axes, colour: str) -> list[Line2D]:
 def curves(ax: Axes, dashed: bool) -> np.ndarray:
     """Points of the closed form's curves."""
     found = [
-        line.get_xydata() for line in lines(ax, GREEN) if (line.get_linestyle() == "--") == dashed
+        line.get_xydata() for line in lines(ax, THEORY) if (line.get_linestyle() == "--") == dashed
     ]
     points = np.concatenate(found)
     return points[np.isfinite(points).all(axis=1)]
@@ -52,7 +52,7 @@ def test_a_ball_bounces_on_its_closed_form() -> None:
     )  # fmt: skip
     settings = {"along": "force_amplitude", "variables": ["approach_speed"]}
     (ax, *_) = drawn("bifurcation", cube, theory="ball_on_table", **settings).axes
-    found = [line.get_xydata() for line in lines(ax, GREEN) if len(line.get_xdata())]
+    found = [line.get_xydata() for line in lines(ax, THEORY) if len(line.get_xdata())]
     assert len(found) == 3
     for n, curve in enumerate(found, 1):
         stable = curve[np.isfinite(curve[:, 1])]
@@ -121,7 +121,7 @@ def test_no_line_joins_both_sides_of_an_impact() -> None:
     figure = drawn("bifurcation", cube, along="frequency_ratio", theory="two_impacts")
     steps = [
         np.nanmax(abs(np.diff(line.get_ydata())), initial=0.0)
-        for line in lines(figure.axes[1], GREEN)
+        for line in lines(figure.axes[1], THEORY)
         if line.get_transform() == figure.axes[1].transData
     ]
     ends = curves(figure.axes[1], dashed=False)[:, 1]
@@ -157,7 +157,7 @@ def test_limit_is_drawn_in_place(light: xr.Dataset, upright: bool) -> None:
     assert_nothing_overlaps(figure)
     assert r"small-mass limit $r_\mathrm{crit}(2d/A)$" in legend_texts(figure)
     for ax, omega in zip(figure.axes, (0.3, 1.2), strict=False):
-        (line,) = lines(ax, VERMILION)
+        (line,) = lines(ax, THEORY)
         d, r = line.get_data() if upright else line.get_data()[::-1]
         amplitude = 1.0 / math.hypot(1.0 - omega**2, 2.0 * 0.05 * omega)
         inside = d < 1.5

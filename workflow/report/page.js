@@ -146,8 +146,9 @@ damper.unpack = (text, Kind) =>
 
 // --- An interactive figure ------------------------------------------------------------------------
 
-const BLUE = "#0072B2", ORANGE = "#E69F00", VERMILION = "#D55E00", GREEN = "#009E73";
-const FREE_MASS = VERMILION, RELATIVE = GREEN; // as in the static figures; the primary is ink
+// As in the static figures; the primary is ink.
+const BLUE = "#0072B2", ORANGE = "#E69F00", SKY = "#56B4E9";
+const FREE_MASS = "#D55E00", RELATIVE = "#009E73", THEORY = "#8F3B6C";
 const KEEP = "Keep this point beside the next";
 const CHATTER = ["no visible chatter", "incomplete chatter", "complete chatter"];
 const show = (value) => typeof value === "number" ? String(Number(value.toPrecision(5))) : value;
@@ -344,7 +345,7 @@ damper.draw = (place) => {
     for (let branch = 0; branch < count; branch++) {
       x.values.forEach((value, k) => {
         const column = (first + branch) * x.values.length + k, name = last ? `${last.name} ${last.values[branch % last.values.length]}` : "";
-        const kind = chatter ? kinds[chatter[column]] : [name, branch === 1 ? VERMILION : "ink"];
+        const kind = chatter ? kinds[chatter[column]] : [name, branch === 1 ? SKY : "ink"];
         const paint = kind[1] === "ink" ? colour("ink") : kind[1];
         const trace = traces[kind[0]] = traces[kind[0]] || { type: "scatter", name: kind[0], x: [], y: [],
           mode: "markers", showlegend: Boolean(kind[0]),
@@ -382,7 +383,7 @@ damper.draw = (place) => {
     return [1.5 * ends[0] - 0.5 * ends[1], 1.5 * ends[3] - 0.5 * ends[2]];
   };
   const cursor = () => {
-    const line = { type: "line", line: { color: GREEN, width: 2, dash: map ? "dot" : "solid" } };
+    const line = { type: "line", line: { color: THEORY, width: 2, dash: map ? "dot" : "solid" } };
     const here = (one) => scaled(one.name, values[one.name]);
     return [{ ...line, x0: here(x), x1: here(x), yref: "paper", y0: 0, y1: 1 },
       ...(map ? [{ ...line, y0: here(y), y1: here(y), xref: "paper", x0: 0, x1: 1 }] : [])];

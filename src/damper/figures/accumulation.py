@@ -13,7 +13,7 @@ from damper.analysis import accumulation
 from damper.analysis.accumulation import ORDERS, PREDICTED, SHARP, Errors, errors_of
 from damper.figures.common import panels
 from damper.figures.common.layout import select
-from damper.figures.common.style import BLACK, BLUE, VERMILION, label
+from damper.figures.common.style import BLACK, BLUE, ORANGE, label
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.study.fields import Text
@@ -21,7 +21,7 @@ from damper.study.products import MOST_ROWS, At, Caption, Each, FigureSettings, 
 
 #: Order -> colour, marker, exponent of the law, its dashes.
 _ORDERS: dict[str, tuple[str, str, int, str]] = {
-    "first": (VERMILION, "o", 2, "--"),
+    "first": (ORANGE, "o", 2, "--"),
     "second": (BLUE, "^", 3, "-."),
 }
 _ROUNDOFF: dict[str, Any] = {"color": "#E4E4E4", "lw": 0.0}

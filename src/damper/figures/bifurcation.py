@@ -52,7 +52,7 @@ _CHATTER = {
 #: rim of it shows where both agree, and it stands alone where they do not.
 _DIRECTIONS: dict[str | None, tuple[str, float, float]] = {
     "up": (style.BLACK, 0.9, 2.1),
-    "down": (style.VERMILION, 1.9, 2.0),
+    "down": (style.SKY, 1.9, 2.0),
 }
 _SINGLE = (style.BLACK, 0.9, 2.0)
 #: Amplitudes have one point at each place: larger ones, and not joined, for between two places the
@@ -60,7 +60,7 @@ _SINGLE = (style.BLACK, 0.9, 2.0)
 _LARGER = 1.8
 #: Distance of the bars of both directions above the panels, in points.
 _STRIPS: dict[str | None, float] = {"up": 9.0, "down": 3.0}
-_BRACKET: dict[str, Any] = {"color": style.VERMILION, "lw": 0.9}
+_BRACKET: dict[str, Any] = {"color": style.THEORY, "lw": 0.9}
 
 
 class Bifurcation(products.FigureSettings):

@@ -11,7 +11,7 @@ from damper.analysis.convergence import distance_to_rigid, order_of_convergence
 from damper.analysis.places import value_on
 from damper.figures.common.layout import place_label, place_text, wrap
 from damper.figures.common.panels import finish, legend_line, note_empty_panel, panel_grid
-from damper.figures.common.style import BLUE, COLUMN, VERMILION, label
+from damper.figures.common.style import BLUE, COLUMN, ORANGE, label
 from damper.parameters.lazy import Axes, Figure
 from damper.parameters.units import units_of
 from damper.study.messages import Mistakes
@@ -22,7 +22,7 @@ _PANEL = 1.35
 """Height of a panel in inches."""
 _STYLES: tuple[dict[str, Any], ...] = (
     {"color": BLUE, "marker": "o", "ls": "-", "lw": 0.9, "ms": 2.8},
-    {"color": VERMILION, "marker": "s", "ls": "--", "lw": 0.9, "ms": 2.8},
+    {"color": ORANGE, "marker": "s", "ls": "--", "lw": 0.9, "ms": 2.8},
 )
 _HALF: dict[str, Any] = {"color": "#777777", "lw": 0.8, "ls": ":"}
 

@@ -11,7 +11,7 @@ from pydantic import Field
 from damper.analysis.closed_forms import damper_at
 from damper.figures.common import panels
 from damper.figures.common.layout import numbers, select
-from damper.figures.common.style import BLACK, BLUE, ORANGE, VERMILION
+from damper.figures.common.style import BLACK, BLUE, ORANGE, PURPLE
 from damper.parameters import Parameters
 from damper.parameters.dampers import BASIC
 from damper.parameters.lazy import Axes, Figure, xr
@@ -22,7 +22,7 @@ from damper.theory.free_decay import amplitude_range, equivalent_damping, larges
 #: Each line's points: points of a later line are smaller and on top, so that all can be seen.
 _POINT: dict[str, Any] = {"ls": "", "marker": "o", "rasterized": True}
 _POINTS: tuple[dict[str, Any], ...] = (
-    _POINT | {"mec": VERMILION, "mfc": "none", "mew": 0.7, "ms": 4.6},
+    _POINT | {"mec": PURPLE, "mfc": "none", "mew": 0.7, "ms": 4.6},
     _POINT | {"color": ORANGE, "mew": 0.0, "ms": 2.9},
     _POINT | {"color": BLUE, "mew": 0.0, "ms": 1.3},
 )

@@ -11,7 +11,7 @@ from damper.analysis.labels import label_of, short
 from damper.analysis.laws import GRADED, Row, excesses, regimes
 from damper.figures.common.layout import heading, wrap
 from damper.figures.common.panels import note_empty_panel, panel_grid
-from damper.figures.common.style import BLUE, ORANGE, SKY, VERMILION
+from damper.figures.common.style import BLUE, ORANGE, SKY
 from damper.observers.common.laws import LIMIT
 from damper.parameters.lazy import Axes, Figure, pd
 from damper.study.messages import Mistakes
@@ -20,7 +20,7 @@ from damper.study.study_file import See
 
 #: Colours by violation over its limit: roundoff, thousands of it, nearly the limit, beyond.
 _EDGES = (0.0, 1e-2, 1e-1, 1.0, np.inf)
-_COLOURS = ("#DCEBF7", SKY, ORANGE, VERMILION)
+_COLOURS = ("#DCEBF7", SKY, ORANGE, "#5B4636")
 _LINES = ("-", "--", "-.", ":")
 
 
@@ -55,7 +55,7 @@ def draw(results: Mapping[str, Any], settings: LawsFigure) -> Figure:
 
 def _distributions(ax: Axes, far: pd.DataFrame) -> None:
     """Part of the runs beyond each violation, law by law."""
-    looks = [(colour, line) for colour in (BLUE, VERMILION) for line in _LINES]
+    looks = [(colour, line) for colour in (BLUE, ORANGE) for line in _LINES]
     for name, (colour, line) in zip(GRADED, looks, strict=False):
         values = np.sort(far[name].dropna().values)[::-1]
         # A few hundred steps look the same as a hundred thousand.

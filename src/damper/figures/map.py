@@ -43,7 +43,7 @@ _CLASSES = {
     "status": (
         ("finished", style.PALE),
         ("stopped: max_events reached", style.ORANGE),
-        ("stopped: a search gave up", style.VERMILION),
+        ("stopped: a search gave up", style.PURPLE),
     ),
 }
 _ATTRACTOR = "attractor"

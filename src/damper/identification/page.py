@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from damper.figures.common.panels import panel_grid
-from damper.figures.common.style import BLACK, BLUE, VERMILION, save, style
+from damper.figures.common.style import BLACK, BLUE, ORANGE, save, style
 from damper.identification.recordings import KINDS
 from damper.parameters.lazy import Figure
 from damper.sizing.page import html_of, prepare
@@ -76,7 +76,7 @@ def compared(found: Identification) -> Figure:
         motion = found.motion[found.motion.record == record.label]
         dots = "" if record.is_sampled else "o"
         upper.plot(motion.time, motion.measured, color=BLUE, lw=1.6, marker=dots, label="measured")
-        upper.plot(motion.time, motion.computed, color=VERMILION, lw=0.8, label="computed")
+        upper.plot(motion.time, motion.computed, color=ORANGE, lw=0.8, label="computed")
         lower.plot(motion.time, motion.residual, color=BLACK, lw=0.7, marker=dots, ms=3)
         impacts = found.impacts[found.impacts.record == record.label]
         inside = impacts.time[impacts.time <= motion.time.max()]

@@ -18,8 +18,8 @@ from damper.figures.common.panels import panel_grid
 from damper.figures.common.style import (
     BLACK,
     COLUMN,
+    PURPLE,
     RELATIVE,
-    VERMILION,
     WITHOUT,
     label,
     save,
@@ -51,7 +51,7 @@ _STYLE = (
 )
 _WITHOUT: dict[str, Any] = {"color": WITHOUT, "lw": 2.5, "label": "without damper"}
 _BUILT: dict[str, Any] = {"color": BLACK, "lw": 1.2, "label": "with damper as built, worst start"}
-_WORST: dict[str, Any] = {"color": VERMILION, "lw": 1.0, "ls": "--", "label": "all tolerances, too"}
+_WORST: dict[str, Any] = {"color": PURPLE, "lw": 1.0, "ls": "--", "label": "all tolerances, too"}
 #: Highest ratio to the motion without damper, and displacement over the worst case, that is shown.
 _HIGHEST = 3.0
 #: Digits of what is given.
@@ -326,7 +326,7 @@ def response(design: Design) -> Figure:
             [design.worst_frequency],
             [design.worst],
             "o",
-            color=VERMILION,
+            color=PURPLE,
             ms=4,
             label="worst case",
         )

@@ -28,10 +28,12 @@ from damper.parameters.units import (
 #: Okabe-Ito: distinguishable with any colour vision and in grey.
 BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, YELLOW, BLACK = "#56B4E9", "#CC79A7", "#F0E442", "#000000"
-#: One colour for one thing in all figures, and on the page of results.
+#: One colour for one thing in all figures, and on the page of results; the last is of closed forms
+#: and of periodic motions that are followed.
 PRIMARY, FREE_MASS, RELATIVE, WITHOUT = BLACK, VERMILION, GREEN, "#BBBBBB"
+THEORY = "#8F3B6C"
 #: Of lines of other things, in turn.
-COLOURS = (BLUE, ORANGE, PURPLE, SKY, "#7A7200", "#5B4636", "#8F3B6C")
+COLOURS = (BLUE, ORANGE, PURPLE, SKY, "#7A7200", "#5B4636")
 
 #: Width of one and of two printed columns, in inches.
 COLUMN, PAGE = 3.5, 7.2

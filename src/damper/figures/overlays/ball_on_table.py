@@ -9,14 +9,14 @@ import numpy as np
 
 from damper.analysis.closed_forms import damper_at, dense
 from damper.figures.common.panels import legend_line
-from damper.figures.common.style import GREEN
+from damper.figures.common.style import THEORY
 from damper.figures.overlays import Panels, reach
 from damper.parameters.lazy import Artist
 from damper.theory.ball_on_table import bounce
 
 #: Points of a curve between two of the diagram, and most of them in all.
 _BETWEEN, _MOST = 8, 2000
-_CURVE: dict[str, Any] = {"color": GREEN, "alpha": 0.6, "lw": 3.4, "zorder": 1.5}
+_CURVE: dict[str, Any] = {"color": THEORY, "alpha": 0.6, "lw": 3.4, "zorder": 1.5}
 
 
 def overlay(panels: Panels) -> list[Artist]:

@@ -9,22 +9,22 @@ import numpy as np
 from damper.analysis.runs import runs
 from damper.figures.common.layout import jumps
 from damper.figures.common.panels import legend_line
-from damper.figures.common.style import BLACK, GREEN
+from damper.figures.common.style import BLACK, THEORY
 from damper.figures.overlays import Panels
 from damper.parameters.lazy import Artist, xr
 from damper.sweep.orbits import MARKERS
 
 #: Stable and unstable orbits.
 _LINES: dict[bool, dict[str, Any]] = {
-    True: {"color": GREEN, "lw": 1.4, "ls": "-", "zorder": 3.0},
-    False: {"color": GREEN, "lw": 0.8, "ls": (0, (3.0, 1.2)), "zorder": 3.0},
+    True: {"color": THEORY, "lw": 1.4, "ls": "-", "zorder": 3.0},
+    False: {"color": THEORY, "lw": 0.8, "ls": (0, (3.0, 1.2)), "zorder": 3.0},
 }
 #: A step is a jump if it is so many times as high as those beside it, and such a part of the line.
 _JUMP, _LEAST_JUMP = 5.0, 0.02
 #: Room beside the stable motions, over their range.
 _MARGIN = 0.3
 #: Curves of special points, and the rim by which they are seen on every colour.
-_CURVE: dict[str, Any] = {"color": GREEN, "lw": 1.2}
+_CURVE: dict[str, Any] = {"color": THEORY, "lw": 1.2}
 #: The variable that is the size of the multipliers, and changes at which none is 1.
 _SIZES, _NOT_AT_ONE = "multiplier", ("grazing", "complete chatter")
 

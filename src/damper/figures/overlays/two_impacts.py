@@ -10,7 +10,7 @@ import numpy as np
 
 from damper.analysis.closed_forms import admissible_orbits, damper_at, dense, section_point
 from damper.figures.common.panels import legend_line
-from damper.figures.common.style import BLACK, GREEN
+from damper.figures.common.style import BLACK, THEORY
 from damper.figures.overlays import Panels, reach
 from damper.parameters.lazy import Artist, Axes, xr
 from damper.study.settings import SECTIONS
@@ -23,8 +23,8 @@ _SHOWN = ("displacement", "velocity", "peak_displacement")
 _BETWEEN, _MOST = 4, 600
 #: The stable motion lies beneath the points, as a band of which a rim shows where they agree.
 _CURVES: dict[bool, dict[str, Any]] = {
-    True: {"color": GREEN, "alpha": 0.6, "lw": 3.4, "ls": "-", "zorder": 1.5},
-    False: {"color": GREEN, "lw": 1.1, "ls": (0, (3.0, 1.2)), "zorder": 3.0},
+    True: {"color": THEORY, "alpha": 0.6, "lw": 3.4, "ls": "-", "zorder": 1.5},
+    False: {"color": THEORY, "lw": 1.1, "ls": (0, (3.0, 1.2)), "zorder": 3.0},
 }
 _LEAST: dict[str, Any] = {
     "color": BLACK,

@@ -11,7 +11,7 @@ from pydantic import Field
 from damper.analysis.labels import capital
 from damper.figures.common import panels
 from damper.figures.common.layout import wrap
-from damper.figures.common.style import BLACK, BLUE, ORANGE, PALE, VERMILION, label
+from damper.figures.common.style import BLACK, BLUE, ORANGE, PALE, PURPLE, label
 from damper.parameters.lazy import Artist, Axes, Figure, xr
 from damper.parameters.units import units_of
 from damper.study.fields import one_of
@@ -25,7 +25,7 @@ SOLVER_MARKS: dict[str, dict[str, Any]] = {
     "rk4_step_end": {"color": ORANGE, "marker": "v", "ls": "--"},
     "rk4_located": {"color": ORANGE, "marker": "^", "ls": "-"},
     "dop853": {"color": BLUE, "marker": "s", "ls": "-"},
-    "moreau_jean": {"color": VERMILION, "marker": "<", "ls": "-"},
+    "moreau_jean": {"color": PURPLE, "marker": "<", "ls": "-"},
 }
 _LINE = {"ms": 3.2, "lw": 0.9, "mew": 0.0}
 #: Failure -> how it is called at the margin.
