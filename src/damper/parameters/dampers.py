@@ -160,7 +160,7 @@ class Parameters(QuantityClass):
 
     force_amplitude: float = quantity(
         "$f_0$",
-        "amplitude of the force",
+        "forcing amplitude",
         FORCE,
         definition="what multiplies the force; 0 is free motion",
         minimum=0.0,
@@ -568,7 +568,7 @@ class SIParameters(QuantityClass, shares=Parameters):
     stiffness: float = quantity("$K$", "stiffness of the primary", "N/m", minimum=0.0, above=True)
     force_amplitude: float = quantity(
         "$F_0$",
-        "amplitude of the force",
+        "forcing amplitude",
         "N",
         definition="0 is free motion; that of a base's motion is in m, of its acceleration in "
         "m/s2, of an unbalance in kg m; need not be given without a force",

@@ -238,7 +238,7 @@ class StructureParameters(QuantityClass, shares=SIParameters):
     structure: Any
     force_amplitude: float = quantity(
         "$F_0$",
-        "amplitude of the force",
+        "forcing amplitude",
         "N",
         definition="0 is free motion; that of a base's motion is in m, of its acceleration in "
         "m/s2, of an unbalance in kg m; need not be given without a force",
