@@ -95,6 +95,7 @@ _UNITS = {
     SPRING_FORCE: "$F_0$",
     ACCELERATION: "$F_0/M$",
     IMPULSE: r"$F_0\sqrt{M/K}$",
+    "degree": "°",
 }
 # Those of other forces than F0.
 _UNITS |= {
