@@ -64,7 +64,7 @@ def rows_of_engine(values: dict[str, Any], state: tuple[Any, ...], until: float)
     if p.model == "compliant":
         return changes(p, until, start)
     table = events(p, start, until=until)
-    bodies = table["body"].tolist() if p.masses else [0] * len(table)
+    bodies = table["body"].tolist()
     names = ("kind", "side", "time", "x", "v", "approach_speed")
     rows = [
         Row(NAMES[kind], body, *rest)

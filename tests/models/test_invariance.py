@@ -157,7 +157,7 @@ def test_with_another_accuracy(model: str, data: st.DataObject, accuracy: float)
     count = min(len(fine), len(coarse))
     if len(sticks[1]):  # up to the last event of this mass before it sticks
         first = sticks[1][0]
-        bodies = coarse["body"] if run[0].masses else np.zeros(len(coarse))
+        bodies = coarse["body"]
         before = np.flatnonzero(bodies[:first] == bodies[first])
         count = min(count, int(before.max(initial=-1)) + 1)
     assert_same_bits(fine[:count], coarse[:count])

@@ -11,7 +11,7 @@ import xarray as xr
 import damper
 import damper.notebook
 from damper.analysis.closed_forms import damper_at, reduced_gap
-from damper.figures.common.style import GREEN
+from damper.figures.common.style import THEORY
 from damper.models import start_run
 from damper.sweep.cube import write_cube
 from damper.sweep.record import recorded
@@ -302,7 +302,7 @@ def test_orbits_over_a_diagram() -> None:
         "clearance", variables=["displacement"], orbits={"two impacts": {"start": 5.0}}
     )
     (ax,) = figure.axes
-    (line,) = (line for line in ax.lines if line.get_color() == GREEN)
+    (line,) = (line for line in ax.lines if line.get_color() == THEORY)
     orbit = damper.periodic_orbit(damper.Parameters(**point, clearance=5.0))
     there = np.interp(5.0, *np.transpose(sorted(line.get_xydata().tolist())))
     assert there == pytest.approx(orbit.start[0], abs=1e-3)

@@ -43,7 +43,7 @@ def test_rows_are_in_order_and_within_the_run() -> None:
     assert found.dtype == EVENT
     assert found.dtype.names == (
         *("time", "kind", "side", "approach_speed", "x", "v"),
-        *("cycle", "time_in_cycle"),
+        *("cycle", "time_in_cycle", "body"),
     )
     assert np.all(np.diff(found["time"]) >= 0)
     assert 0 <= found["time"][0] <= found["time"][-1] <= 200.0

@@ -29,12 +29,9 @@ EVENT = np.dtype(
         ("v", "f8"),
         ("cycle", "i8"),
         ("time_in_cycle", "f8"),
+        ("body", "i1"),
     ]
 )
-#: Of a damper with several free masses: number of the one that it happens to, from 0.
-EVENT_OF_SEVERAL = np.dtype([*EVENT.descr, ("body", "i1")])
-#: Models whose events say which free mass they happen to.
-_NUMBERED = {"several", "structure"}
 #: Names of the kinds, in the order of their numbers.
 KINDS = tuple(kind.name.lower() for kind in segment.EventKind)
 IMPACT, STICK, RELEASE, STOPPED, REST, SLIP, REVERSAL = segment.EventKind
@@ -57,13 +54,14 @@ class EventTable(np.ndarray):
         if isinstance(key, str) and key not in (self.dtype.names or ()):
             raise ValueError(str(unknown_name("field", key, self.dtype.names or ())))
         part = super().__getitem__(key)
-        other = isinstance(part, EventTable) and part.dtype not in (EVENT, EVENT_OF_SEVERAL)
+        other = isinstance(part, EventTable) and part.dtype != EVENT
         return part.view(np.ndarray) if other else part
 
     def __repr__(self) -> str:
-        if self.ndim != 1 or self.dtype not in (EVENT, EVENT_OF_SEVERAL):
+        if self.ndim != 1 or self.dtype != EVENT:
             return repr(self.view(np.ndarray))
-        count, rows, several = len(self), self.view(np.ndarray), self.dtype != EVENT
+        count, rows = len(self), self.view(np.ndarray)
+        several = bool((rows["body"] > 0).any())
         shown = range(count) if count <= _SHOWN else [*range(_FEW), *range(count - _FEW, count)]
         lines = [
             f"{rows['time'][k]:12.6g} {KINDS[rows['kind'][k]]:>8} {rows['side'][k]:+5d} "
@@ -105,7 +103,6 @@ class Started:
         self.trajectory = start_run(scaled, state, accuracy, max_events)
         self.trajectory.units = self.units
         self.begun = 0.0 if state is None else state.time
-        self._dtype = EVENT if _NUMBERED.isdisjoint(scaled.features) else EVENT_OF_SEVERAL
 
     def pieces(self, until: float) -> Iterator[np.ndarray]:
         """Run on to a time, in s with SIParameters, and yield pieces of the log.
@@ -133,7 +130,7 @@ class Started:
     def events_in(self, log: np.ndarray) -> np.ndarray:
         """Rows of the events that begin segments of a piece of the log, in its units."""
         rows = log[log[:, segment.CAUSE] >= segment.IMPACT]
-        piece = np.empty(len(rows), dtype=self._dtype)
+        piece = np.empty(len(rows), dtype=EVENT)
         piece["time"] = rows[:, segment.PERIODS] * self.trajectory.cycle + rows[:, segment.TIME]
         piece["kind"] = rows[:, segment.CAUSE]
         piece["side"] = np.where(rows[:, segment.CAUSE] < segment.REST, rows[:, segment.SIDE], 0.0)
@@ -142,8 +139,9 @@ class Started:
         piece["v"] = rows[:, segment.V]
         piece["cycle"] = rows[:, segment.PERIODS]
         piece["time_in_cycle"] = rows[:, segment.TIME]
-        if self._dtype == EVENT_OF_SEVERAL:
-            piece["body"] = rows[:, segment.COLUMNS]
+        # Rows of one free mass are no wider.
+        several = log.shape[1] > segment.COLUMNS
+        piece["body"] = rows[:, segment.COLUMNS] if several else 0
         return piece
 
     def stopped(self, last: np.ndarray) -> list[np.ndarray]:
@@ -155,9 +153,8 @@ class Started:
         whole, rest = self.trajectory.whole_periods(row[segment.TIME] + row[segment.DURATION])
         periods = row[segment.PERIODS] + whole
         time = periods * self.trajectory.cycle + rest
-        found = (time, segment.STOPPED, 0, 0.0, x, v, periods, rest)
-        mass = (-1,) if self._dtype == EVENT_OF_SEVERAL else ()
-        return [np.array([(*found, *mass)], dtype=self._dtype)]
+        found = (time, segment.STOPPED, 0, 0.0, x, v, periods, rest, -1)
+        return [np.array([found], dtype=EVENT)]
 
     def table(self, pieces: Sequence[np.ndarray]) -> EventTable:
         """Join pieces into a table, in SI units with SIParameters."""
@@ -210,10 +207,10 @@ def events(
         sharp after
         any number of cycles, while `time` is the rounded sum cycle * P + time_in_cycle. A
         completed burst is its individually resolved impacts and then one stick row at the
-        accumulation time. With several masses there is also `body`, the number of the one that it
-        happens to, from 0 (-1 where none is): what happens to several at one instant is as many
-        rows of one `time`, and a mass that another one's impact kicks off its wall is a release.
-
+        accumulation time. `body` is the number of the free mass that it happens to, from 0 (-1 in a
+        stopped row): what happens to several at one instant is as many rows of one `time`, and a
+        mass that another one's impact kicks off its wall is a release. It is shown where there are
+        several.
     Raises
     ------
     ValueError

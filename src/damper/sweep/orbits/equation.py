@@ -256,9 +256,10 @@ class PeriodMap:
         return began[self.rows[:, CAUSE] >= IMPACT]
 
     @property
-    def event_bodies(self) -> np.ndarray | None:
-        """Number of the free mass of each, where there are several."""
-        return self.events[:, COLUMNS] if self.events.shape[1] > COLUMNS else None
+    def event_bodies(self) -> np.ndarray:
+        """Number of the free mass of each."""
+        rows = self.events
+        return rows[:, COLUMNS] if rows.shape[1] > COLUMNS else np.zeros(len(rows))
 
     @cached_property
     def bursts(self) -> tuple[WallImpacts, ...]:

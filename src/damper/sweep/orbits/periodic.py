@@ -345,8 +345,7 @@ class PeriodicOrbit:
     def bursts(self) -> "tuple[WallImpacts, ...]":
         """Its runs of impacts on one wall, the longest on the right wall first."""
         names = ("kind", "side", "approach_speed", "body")
-        fields = self.events.dtype.names or ()
-        return bursts_of(*(self.events[name] for name in names if name in fields))
+        return bursts_of(*(self.events[name] for name in names))
 
     @property
     def word(self) -> str:

@@ -23,17 +23,14 @@ class WallImpacts(NamedTuple):
 
 
 def bursts_of(
-    kinds: np.ndarray, sides: np.ndarray, speeds: np.ndarray, bodies: np.ndarray | None = None
+    kinds: np.ndarray, sides: np.ndarray, speeds: np.ndarray, bodies: np.ndarray
 ) -> tuple[WallImpacts, ...]:
     """Bursts of the events of a period, whichever event is its first; of several mass by mass.
 
     Where dry friction stops a free mass off the walls, no burst ends.
     """
     on_walls = kinds <= RELEASE
-    kinds, sides, speeds = kinds[on_walls], sides[on_walls], speeds[on_walls]
-    bodies = None if bodies is None else bodies[on_walls]
-    if bodies is None:
-        return _bursts_of(kinds, sides, speeds)
+    kinds, sides, speeds, bodies = (column[on_walls] for column in (kinds, sides, speeds, bodies))
     found: list[WallImpacts] = []
     for body in np.unique(bodies).astype(int).tolist():
         own = np.flatnonzero(bodies == body)
@@ -42,14 +39,11 @@ def bursts_of(
     return tuple(found)
 
 
-def stops_in(
-    kinds: np.ndarray, sides: np.ndarray, bodies: np.ndarray | None = None
-) -> tuple[int, ...]:
+def stops_in(kinds: np.ndarray, sides: np.ndarray, bodies: np.ndarray) -> tuple[int, ...]:
     """How often dry friction stops each free mass, but for stops between impacts of one burst.
 
     Of another one's bursts those count that complete: each of their impacts moves what rests.
     """
-    bodies = np.zeros(len(kinds)) if bodies is None else bodies
     stops, counts = (kinds == REST) | (kinds == REVERSAL), []
     for body in np.unique(bodies):
         left: list[int] = np.flatnonzero(stops & (bodies == body)).tolist()
