@@ -21,6 +21,7 @@ from damper.sizing.structures import (
     StructureSearch,
     structure_machine,
 )
+from damper.structures.structure.runs import run_part
 from damper.structures.structure.settings import StructureStudy
 
 MODES = [
@@ -179,6 +180,10 @@ def test_the_same_design_by_any_number_of_threads(monkeypatch, few):
         cards.append((repr(found), each))
     assert cards[0] == cards[1]
     assert found.as_built == found.worst < found.without
+    worst = StructureStudy.checked("", found.studies["worst"])
+    (job,) = worst.parts({}).values()
+    cube = run_part((), **job.settings).arrays
+    assert cube["peak_displacement"][0] == pytest.approx(found.worst, rel=1e-9)
     assert sorted(one.restitution for one in each) == [0.3, OF_STEEL]
     assert "(" in {name: text for name, _, text in found.lines}["restitution"]
 

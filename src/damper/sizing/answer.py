@@ -559,9 +559,8 @@ def _answer_on(search: StructureSearch, damper: Any) -> Design:
     else:
         numbers["worst_frequency"] = float(own.frequency.iloc[own.value.argmax()])
         numbers |= _over_frequencies(every, judge)
-    return _design(
-        judge, damper, quick=False, box=damper.box, studies=judge.studies(damper), **numbers
-    )
+    studies = judge.studies(damper, search.hardest[damper])
+    return _design(judge, damper, quick=False, box=damper.box, studies=studies, **numbers)
 
 
 def _over_frequencies(every: pd.DataFrame, judge: StructureJudge) -> dict[str, Any]:

@@ -366,26 +366,42 @@ class StructureJudge(Judge):
             made |= {"time": found["time"], name: found["displacement"][:, place]}
         return pd.DataFrame(made)
 
-    def studies(self, damper: BoxedDamper) -> dict[str, dict[str, Any]]:
-        """The study of runs from rest with the damper as built, and with walls out of reach."""
-        m, size = self.machine, self.machine.force[1]
-        mass = {"box": damper.box} | self.sizes(damper)
-        study: dict[str, Any] = {
-            "title": f"{m.title}: from rest",
+    def studies(self, damper: BoxedDamper, hardest: StructureCase) -> dict[str, dict[str, Any]]:
+        """Runs from rest with the damper as built and with walls out of reach; the hardest case."""
+        rest = self._study("from rest", BoxedRun(damper, StructureCase(hertz=tuple(self.band[:1]))))
+        gap = rest["masses"][0].pop("gap")
+        rest["axes"] = {"gap_0": {"values": [gap, _NO_WALLS]}}
+        if self.band:
+            del rest["parameters"]["forcing_frequency"]
+            rest["axes"]["forcing_frequency"] = {"values": self.band, "unit": "Hz"}
+        run = BoxedRun(damper, hardest)
+        state, box = self.start(run), self.machine.made.boxes[damper.box]
+        worst = self._study("its worst case", run)
+        worst["start"] = {
+            "displacement": list(state.x),
+            "velocity": list(state.v),
+            "position": [hardest.place],
+            "relative_velocity": [state.u - float(box @ state.v)],
+        }
+        return {"from_rest": rest, "worst": worst}
+
+    def _study(self, title: str, run: BoxedRun) -> dict[str, Any]:
+        """The study of one run, from rest."""
+        m, p = self.machine, self.parameters(run)
+        transient, periods = self.cycles(p, run.case.longer)
+        driven = {"force_amplitude": m.force[1]}
+        driven |= {"forcing_frequency": p.forcing_frequency} if run.case.hertz else {}
+        return {
+            "title": f"{m.title}: {title}",
             "source": "damper design",
             "kind": "structure",
             "structure": m.written()["structure"],
-            "masses": [mass],
-            "parameters": {"force_amplitude": size},
-            "axes": {"gap_0": {"values": [mass.pop("gap"), _NO_WALLS]}},
+            "masses": [{"box": run.damper.box} | self.sizes(run.damper, run.case.off)],
+            "parameters": driven,
             "forcing": m.forcing,
+            "transient": transient,
+            "periods": math.ceil(periods),
         }
-        run = BoxedRun(damper, StructureCase(hertz=tuple(self.band[:1])))
-        study["transient"], periods = self.cycles(self.parameters(run))
-        study["periods"] = math.ceil(periods)
-        if self.band:
-            study["axes"]["forcing_frequency"] = {"values": self.band, "unit": "Hz"}
-        return {"from_rest": study}
 
     @cached_property
     def alone(self) -> float:
