@@ -12,6 +12,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from damper.parameters.models import unknown_model
 from damper.parameters.names import unknown_name
 
 if TYPE_CHECKING:
@@ -137,3 +138,31 @@ def make_observers(
                 )
         made.append(observer)
     return made
+
+
+def of_all_masses(
+    observers: Mapping[str, Mapping[str, Any] | None], count: int
+) -> dict[str, dict[str, Any]]:
+    """Settings of observers of single masses, which see every one of so many.
+
+    Raises
+    ------
+    ValueError
+        For an observer that knows no structures, and for some of the masses or runs alone.
+    """
+    every, found = list(range(count)), {}
+    for name, given in observers.items():
+        settings, models = dict(given or {}), observer_class(name).models
+        if "structure" not in models:
+            raise ValueError(unknown_model(name, "structure", models))
+        if settings.get("at"):
+            raise ValueError(f"{name}.at: on a structure every run is observed; leave it out")
+        if "bodies" in observer_class(name).settings:
+            if list(settings.get("bodies") or every) != every:
+                raise ValueError(
+                    f"{name}.bodies = {settings['bodies']!r}: on a structure each mass is "
+                    "observed; leave it out"
+                )
+            settings["bodies"] = every
+        found[name] = settings
+    return found

@@ -4,7 +4,7 @@ The units of the scaled parameters are powers of two, so scaling loses no digit.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -24,6 +24,7 @@ from damper.parameters.forcing import (
 from damper.parameters.masses import Mass, listed, with_own
 from damper.parameters.names import OF_A_MASS_STRUCTURE, split, unknown_name
 from damper.parameters.quantity import Quantity, QuantityClass, quantity, shared
+from damper.parameters.state import State
 from damper.parameters.structure import Structure
 from damper.parameters.tables import (
     WALL_TABLES,
@@ -516,6 +517,48 @@ class StructureParameters(QuantityClass, shares=SIParameters):
             forcing=force.over(time),
             origin=self,
         )
+
+    def started(
+        self,
+        displacement: Sequence[float] = (),
+        velocity: Sequence[float] = (),
+        position: Sequence[float] = (),
+        relative_velocity: Sequence[float] = (),
+    ) -> State:
+        """State with the free masses placed between their walls.
+
+        Parameters
+        ----------
+        displacement, velocity : sequence of float, optional
+            Of each coordinate or mode, in m and m/s; 0 when not given.
+        position : sequence of float, optional
+            Of each free mass between its walls: -1 at the left one, 1 at the right one, 0 when not
+            given.
+        relative_velocity : sequence of float, optional
+            Of each free mass relative to its box, in m/s; 0 when not given.
+
+        Raises
+        ------
+        ValueError
+            For a wrong number of values.
+        """
+        modes, masses = (len(self.structure), "coordinate or mode"), (len(self.each), "free mass")
+        given = {
+            "displacement": (displacement, *modes),
+            "velocity": (velocity, *modes),
+            "position": (position, *masses),
+            "relative_velocity": (relative_velocity, *masses),
+        }
+        arrays = []
+        for name, (values, size, what) in given.items():
+            if len(values) not in (0, size):
+                wanted = f"{size}, one for each {what}"
+                raise ValueError(f"{name} has {len(values)} values: must be {wanted}")
+            arrays.append(np.array(values if len(values) else np.zeros(size), dtype=float))
+        x, v, place, rate = arrays
+        boxes = np.array([self.structure.boxes[one.box] for one in self.each])
+        y = boxes @ x + place * [one.clearance for one in self.each]
+        return State(x.tolist(), v.tolist(), y.tolist(), (boxes @ v + rate).tolist())
 
     @property
     def cycle(self) -> float:

@@ -12,13 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from damper.observers import make_observers, observer_class
+from damper.observers import make_observers, of_all_masses
 from damper.parameters.lazy import xr
 from damper.parameters.masses import listed, own_values
-from damper.parameters.models import unknown_model
 from damper.parameters.names import OF_A_MASS_STRUCTURE
 from damper.parameters.run import RunSettings
-from damper.parameters.state import State
 from damper.parameters.structural import StructureParameters
 from damper.parameters.structure_results import MOST_POINTS, VARIABLES
 from damper.parameters.tables import WALL_TABLES
@@ -42,15 +40,15 @@ def measured_grid(
 ) -> dict[str, np.ndarray]:
     """Measure runs at all combinations of values, which are checked before any of them starts.
 
-    Arguments are those of `damper.sweep.measured.measured`; `start` is that of `started`, in place
-    of a state. The arrays have the axes first.
+    Arguments are those of `damper.sweep.measured.measured`; `start` is that of
+    `StructureParameters.started`, in place of a state. The arrays have the axes first.
     """
     from damper.sweep.measured import measured  # the engine with it
     from damper.sweep.runs import in_threads
 
     places = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
     points = [parameters.having(place) if place else parameters for place in places]
-    states = [state if start is None else started(point, **start) for point in points]
+    states = [state if start is None else point.started(**start) for point in points]
     more = engine, observers
     found = in_threads(
         [
@@ -65,51 +63,6 @@ def measured_grid(
         name: np.stack([one[name] for one in found]).reshape((*shape, *np.shape(found[0][name])))
         for name in found[0]
     }
-
-
-def started(
-    parameters: StructureParameters,
-    displacement: Sequence[float] = (),
-    velocity: Sequence[float] = (),
-    position: Sequence[float] = (),
-    relative_velocity: Sequence[float] = (),
-) -> State:
-    """State of a structure whose free masses are placed between their walls.
-
-    Parameters
-    ----------
-    parameters : StructureParameters
-    displacement, velocity : sequence of float, optional
-        Of each coordinate or mode, in m and m/s; 0 when not given.
-    position : sequence of float, optional
-        Of each free mass between its walls: -1 at the left one, 1 at the right one, 0 when not
-        given.
-    relative_velocity : sequence of float, optional
-        Of each free mass relative to its box, in m/s; 0 when not given.
-
-    Raises
-    ------
-    ValueError
-        For a wrong number of values.
-    """
-    sizes = len(parameters.structure), len(parameters.each)
-    given = {
-        "displacement": (displacement, sizes[0], "coordinate or mode"),
-        "velocity": (velocity, sizes[0], "coordinate or mode"),
-        "position": (position, sizes[1], "free mass"),
-        "relative_velocity": (relative_velocity, sizes[1], "free mass"),
-    }
-    arrays = []
-    for name, (values, size, what) in given.items():
-        if len(values) not in (0, size):
-            raise ValueError(
-                f"{name} has {len(values)} values: must be {size}, one for each {what}"
-            )
-        arrays.append(np.array(values if len(values) else np.zeros(size), dtype=float))
-    x, v, place, rate = arrays
-    boxes = np.array([parameters.structure.boxes[one.box] for one in parameters.each])
-    y = boxes @ x + place * [one.clearance for one in parameters.each]
-    return State(x.tolist(), v.tolist(), y.tolist(), (boxes @ v + rate).tolist())
 
 
 def structure_cube(
@@ -224,34 +177,6 @@ def simulate_structure(
     along = {n: (values, units[n], parameters.words_of(n)) for n, values in axes.items()}
     names = [*parameters.structure.points]
     return structure_cube(arrays, along, names, attributes, observers=watching)
-
-
-def of_all_masses(
-    observers: Mapping[str, Mapping[str, Any] | None], count: int
-) -> dict[str, dict[str, Any]]:
-    """Settings of observers of single masses, which see every one of so many.
-
-    Raises
-    ------
-    ValueError
-        For an observer that knows no structures, and for some of the masses or runs alone.
-    """
-    every, found = list(range(count)), {}
-    for name, given in observers.items():
-        settings, models = dict(given or {}), observer_class(name).models
-        if "structure" not in models:
-            raise ValueError(unknown_model(name, "structure", models))
-        if settings.get("at"):
-            raise ValueError(f"{name}.at: on a structure every run is observed; leave it out")
-        if "bodies" in observer_class(name).settings:
-            if list(settings.get("bodies") or every) != every:
-                raise ValueError(
-                    f"{name}.bodies = {settings['bodies']!r}: on a structure each mass is "
-                    "observed; leave it out"
-                )
-            settings["bodies"] = every
-        found[name] = settings
-    return found
 
 
 #: Arguments of `damper.SIParameters` for a structure.

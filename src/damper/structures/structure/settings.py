@@ -12,7 +12,7 @@ from pydantic import Field, GetJsonSchemaHandler, TypeAdapter
 from pydantic_core import CoreSchema, core_schema
 
 from damper.analysis.labels import label_of
-from damper.observers import make_observers
+from damper.observers import make_observers, of_all_masses
 from damper.parameters.dampers import SIParameters
 from damper.parameters.names import OF_A_MASS_STRUCTURE, split
 from damper.parameters.quantity import Quantity
@@ -30,7 +30,6 @@ from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.settings import OBSERVER_SETTINGS, AxisValues, given_settings
 from damper.study.study_file import ProductBase, StudyFile
-from damper.sweep.structures import of_all_masses, started
 
 _NONE: dict[str, Any] = {}
 _HERE = "damper.structures.structure"
@@ -181,7 +180,7 @@ class StartEntry(StrictModel):
 
     @property
     def numbers(self) -> dict[str, list[float]]:
-        """Settings of `damper.sweep.structures.started`."""
+        """Arguments of `StructureParameters.started`."""
         return {name: list(values) for name, values in self if values}
 
 
@@ -321,7 +320,7 @@ class StructureStudy(StudyFile):
             mistakes.add(("parameters",), str(error))
             return
         try:
-            started(damper, **self.start.numbers)
+            damper.started(**self.start.numbers)
         except ValueError as error:
             mistakes.add(("start",), str(error))
         for name, axis in self.axes.items():
