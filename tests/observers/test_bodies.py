@@ -125,6 +125,18 @@ def test_rows_of_a_trajectory_keep_momentum_and_stay_in_the_boxes() -> None:
         )
 
 
+def test_the_primary_alone_is_beside_several_masses() -> None:
+    """It is that beside one mass, whatever the masses do."""
+    setting = {"length": 2.0, "samples_per_period": 40, "without_damper": True}
+    one = damper.simulate(**QUIET, **RUN, observers={"trajectory": setting})
+    both = damper.simulate(
+        **QUIET, **RUN, observers={"trajectory": setting | {"bodies": [0, 1]}}, masses=[{}, {}]
+    )
+    alone = [cube.trajectory_alone.dropna("instant").values for cube in (one, both)]
+    assert len(alone[0]) == 81
+    assert np.array_equal(*alone)
+
+
 def test_segments_of_all_masses_are_the_motion() -> None:
     """Each has its own events; a run from the rows of one instant goes on as the whole one."""
     cube = observed({"segments": {"bodies": [0, 1, 2], "periods": 4, "rows": 9999}})

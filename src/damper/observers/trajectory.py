@@ -213,7 +213,7 @@ class SampledTrajectory(Observer):
         """Displacement of the primary alone at each sample."""
         run, stretch = primary_alone(self._trajectory), self._stretch._replace(most_events=0.0)
         rows, counts = np.full(int(stretch.samples), np.nan, _ROW), np.zeros(1, _COUNTS)
-        masses = np.empty((len(rows), 1, len(_OF_MASSES)))
+        masses = np.empty((len(rows), count_masses(run.model), len(_OF_MASSES)))
         for log in run.segments(*self._window.end(run.cycle)):
             _write(run.model, log, stretch, rows, masses, counts)
         return rows["displacement"]
