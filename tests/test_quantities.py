@@ -75,6 +75,7 @@ VALUES: dict[str, tuple[dict[str, Any], float]] = {
     "initial_velocity": ({}, 0.1),
     "initial_position": ({}, 0.5),
     "initial_relative_velocity": ({}, 0.1),
+    "initial_spacing": (MASSES, 0.4),
 }
 #: Forces that are no single harmonic.
 FORCES = (

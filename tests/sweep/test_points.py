@@ -298,3 +298,14 @@ def test_sequences_of_simulate_are_numbers_with_units_as_well() -> None:
     )
     assert cube.gap.values.tolist() == [0.01, 0.02]
     assert (cube.primary_mass, cube.force_amplitude) == (100.0, 1e-3)
+
+
+def test_a_spacing_sets_several_masses_apart() -> None:
+    """From 0.5 in steps of 0.75 clearances: 0.5, 1.25, 2.0 and 2.75, thrown back at 1."""
+    values = POINT | {"masses": [{}] * 4, "initial_position": 0.5, "initial_spacing": 0.75}
+    start, d = read_point(values).start(), POINT["clearance"]
+    assert np.allclose(np.array(start.y) / d, [0.5, 0.75, 0.0, -0.75], atol=1e-12)
+    alike = read_point(values | {"initial_spacing": 0.0}).start()
+    assert alike == State(0.0, 0.0, [0.5 * d] * 4, 0.0)
+    with pytest.raises(ValueError, match=r"^initial_spacing = 0.75 with one free mass"):
+        read_point(values | {"masses": None})

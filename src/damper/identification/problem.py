@@ -160,7 +160,7 @@ class RecordedDamper:
     def _name(self, what: str, name: str) -> str:
         """Return the name of a quantity in the damper's units."""
         kind = SIParameters if self.si else Parameters
-        allowed = [q.name for q in kind.quantities if not q.whole] + [*INITIAL_NAMES, "scale"]
+        allowed = [q.name for q in kind.quantities if not q.whole] + [*INITIAL_NAMES[:4], "scale"]
         found = name if name in allowed else NAMES_BY_SYMBOL.get(name, name)
         if found not in allowed and self.si:
             found = SI_NAME.get(found, found)

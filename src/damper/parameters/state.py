@@ -143,4 +143,13 @@ INITIAL_QUANTITIES = (
         SPEED,
         default=0.0,
     ),
+    Quantity(
+        "initial_spacing",
+        "$s_0$",
+        "initial distance of each of several free masses from the one before",
+        minimum=0.0,
+        maximum=4.0,
+        default=0.0,
+        note="over the clearance, thrown back by the walls: 0 is alike, 2 the other wall",
+    ),
 )

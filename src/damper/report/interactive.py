@@ -100,7 +100,8 @@ def _runs(cube: Any, at: Mapping[str, Any], study: Mapping[str, Any]) -> dict[st
         **study["fixed"],
         **{n: own_values(cube, n, value) for n, value in at.items() if n in axes},
     }
-    names = ordered({*fixed, *axes, *plan.labels, *INITIAL_NAMES})
+    starts = INITIAL_NAMES[:4]  # of one mass
+    names = ordered({*fixed, *axes, *plan.labels, *starts})
     si = is_si(name for name in names if name not in INITIAL_NAMES)
     own = {quantity.name: quantity for quantity in SI_QUANTITIES} if si else {}
     steady = study["primary"] == "steady"
@@ -119,7 +120,7 @@ def _runs(cube: Any, at: Mapping[str, Any], study: Mapping[str, Any]) -> dict[st
                 "least": _finite(quantity.minimum),
                 "most": _finite(quantity.maximum),
                 "allowed": quantity.allowed,
-                "known": name in KNOWN or name in INITIAL_NAMES,
+                "known": name in KNOWN or name in starts,
             }
             for name in names
             if name not in hidden

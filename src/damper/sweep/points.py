@@ -43,7 +43,9 @@ class Point(NamedTuple):
         place = self.initial.get("initial_position", 0.0)
         if self.parameters.hits_stop:  # which stands still, wherever the primary starts
             return State(x, v, place * self.parameters.clearance, 0.0)
-        y = self._placed(x, [place] * len(self.parameters.each))
+        spacing = self.initial.get("initial_spacing", 0.0)
+        places = [_thrown_back(place + k * spacing) for k in range(len(self.parameters.each))]
+        y = self._placed(x, places)
         return State(x, v, y, v + self.initial.get("initial_relative_velocity", 0.0))
 
     def _placed(self, x: float, places: Sequence[float]) -> Any:
@@ -108,6 +110,11 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     initial = {
         name: check_quantity(name, values[name]) / units.size(ALL[name].units) for name in given
     }
+    if initial.get("initial_spacing") and len(parameters.each) == 1:
+        raise ValueError(
+            f"initial_spacing = {initial['initial_spacing']!r} with one free mass: it is the "
+            "distance of each of several from the one before; leave it out, or give masses"
+        )
     if "prescribed" in parameters.features and not parameters.forcing.samples:
         for name in ("initial_displacement", "initial_velocity"):
             if name in initial:
@@ -127,6 +134,17 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
                 )
         steady_state(parameters)
     return Point(parameters, units, initial, primary)
+
+
+def _thrown_back(place: float) -> float:
+    """Place between walls at -1 and 1 of what goes on to a place beyond them, each wall a mirror.
+
+    Examples
+    --------
+    >>> [_thrown_back(place) for place in (0.5, 1.5, 3.5, 5.0)]
+    [0.5, 0.5, -0.5, 1.0]
+    """
+    return place if -1.0 <= place <= 1.0 else abs((place - 1.0) % 4.0 - 2.0) - 1.0
 
 
 def require_parameters(given: object, structures: bool = False) -> None:
