@@ -49,6 +49,20 @@ FRAME = {
         ({"counts": "decay_time"}, ["decay_time does not go with force_amplitude"]),
         ({"materials": {"rubber": 0.3}}, ["restitution and materials are given", "exactly one"]),
         ({"materials": {f"m{k}": 0.3 for k in range(21)}}, ["21 materials", "at most 20"]),
+        ({"units": [1, 0]}, ["units[1]: ", "value: 0", ">= 1"]),
+        ({"units": [1, 17]}, ["units[1]: ", "value: 17", "<= 16"]),
+        ({"units": "1, two"}, ["units[1]: ", "'two'"]),
+        ({"units": [1, 2, 3, 4, 5, 6]}, ["6 numbers of masses", "at most 5"]),
+        ({"units": "1,2"}, ["quick: units = [1, 2]: the closed forms know one free mass alone"]),
+        ({"units": 4}, ["quick: units = [4]: the closed forms know one free mass alone"]),
+        ({"orientation": "uprite"}, ["orientation", "'uprite'", "'upright'"]),
+        (
+            {"orientation": "upright", "friction_coefficient": 0.1},
+            ["friction_coefficient in an upright box", "0, or orientation: lying"],
+        ),
+        ({"orientation": "upright"}, ["quick: orientation = upright: the closed forms know"]),
+        ({"friction_coefficient": 0.1}, ["quick: friction_coefficient = 0.1: the closed forms"]),
+        ({"unit": 4}, ["unknown key 'unit'", "did you mean 'units'"]),
         (
             {"band": [40.0, 50.0]},
             ["band = [40, 50] Hz", "closed forms hold at the natural frequency, 31.83 Hz"],
@@ -97,6 +111,15 @@ def test_runs_that_cannot_help_or_end_are_refused_before_the_search() -> None:
     free |= {"largest_mass": 1e-3, "damping_ratio": 0.0, "restitution": 0.99, "decay_to": 1e-6}
     with pytest.raises(ValueError, match=r"decay_to = 1e-06: the decay takes .* at most 1e\+06"):
         damper.design(free, initial_displacement=1.0)
+
+
+def test_a_weight_that_hides_the_end_of_a_decay_is_refused() -> None:
+    """10 kg on 4e6 N/m: 0.0245 mm, where the decay from 1 mm ends at 0.1 mm."""
+    free = {k: v for k, v in FRAME.items() if k not in ("force_amplitude", "band")}
+    free |= {"orientation": "upright", "initial_displacement": 1e-3}
+    with pytest.raises(ValueError, match=r"orientation: the weight .* by 2.45e-05 m, more than"):
+        machine_of(free)
+    assert machine_of(free | {"decay_to": 0.5}).weight == {"gravity": 9.81}
 
 
 def test_what_does_not_go_with_a_record_is_told(tmp_path: Path) -> None:

@@ -228,6 +228,8 @@ def test_a_record_of_the_ground(few, tmp_path):
         ({"record_step": 0.1}, "there is none"),
         ({"initial_displacement": "1 mm"}, "initial_displacement"),
         ({"band": [0.0, 1.0]}, "frequencies above 0"),
+        ({"units": [1, 2]}, r"^units = \[1, 2\]: goes with a machine of one mass"),
+        ({"orientation": "upright"}, "^orientation = 'upright': goes with a machine of one mass"),
     ],
 )
 def test_mistakes_are_named(changed, message):

@@ -162,18 +162,34 @@ def box(
     ax.set_ylim(-0.5, 4.5)
 
 
-def box_with_ball(ax: Axes, inside: float, gap: float, ball: str, travel: str, length: str) -> None:
-    """Draw a ball at one wall of its box, and with a dashed line where it comes to rest last."""
+def box_with_ball(
+    ax: Axes,
+    inside: float,
+    gap: float,
+    ball: str,
+    travel: str,
+    length: str,
+    boxes: int = 1,
+    motion: str = "direction of motion",
+) -> None:
+    """Draw a ball at one wall of its box, and with a dashed line where it comes to rest last.
+
+    Several boxes alike stand side by side across the direction of motion.
+    """
     from matplotlib.patches import Circle, Rectangle
 
     size, wall = inside - gap, 0.5
     high = size + 0.1
-    ax.add_patch(Rectangle((-wall, -wall), inside + 2 * wall, high + 2 * wall, **_BODY))
-    ax.add_patch(Rectangle((0.0, 0.0), inside, high, facecolor="white", edgecolor=BLACK, lw=0.9))
-    dashed = {"fill": False, "edgecolor": "#555555", "lw": 0.6, "ls": (0, (4, 3))}
-    ax.add_patch(Circle((0.5 * size + gap, 0.5 * size), 0.5 * size, **dashed))
-    ax.add_patch(Circle((0.5 * size, 0.5 * size), 0.5 * size, **_FREE))
-    top, below = high + wall, -wall
+    step, dashed = high + wall, {"fill": False, "edgecolor": "#555555", "lw": 0.6}
+    top, below = (boxes - 1) * step + high + wall, -wall
+    ax.add_patch(Rectangle((-wall, -wall), inside + 2 * wall, top + wall, **_BODY))
+    for k in range(boxes):
+        low, at = k * step, k * step + 0.5 * size
+        inner = Rectangle((0.0, low), inside, high, facecolor="white", edgecolor=BLACK, lw=0.9)
+        ax.add_patch(inner)
+        last = Circle((0.5 * size + gap, at), 0.5 * size, ls=(0, (4, 3)), **dashed)
+        ax.add_patch(last)
+        ax.add_patch(Circle((0.5 * size, at), 0.5 * size, **_FREE))
     for x in (0.0, size, inside):
         ax.plot([x, x], [0.0 if x == size else below, below - 1.2], **_THIN)
     ax.plot([size, size], [0.5 * size, 0.0], **_THIN)
@@ -186,7 +202,7 @@ def box_with_ball(ax: Axes, inside: float, gap: float, ball: str, travel: str, l
     at = 0.5 * inside
     ends = (at + 1.5, top + 0.3), (at - 1.5, top + 0.3)
     ax.annotate("", *ends, arrowprops=arrow | {"color": BLACK, "lw": 1.2})
-    _write(ax, at, top + 0.45, "direction of motion", "bottom", 7.0)
+    _write(ax, at, top + 0.45, motion, "bottom", 7.0)
     ax.set_xlim(-wall - 0.2, inside + wall + 0.2)
     ax.set_ylim(below - 2.0, top + 1.1)
 

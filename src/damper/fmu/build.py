@@ -76,6 +76,12 @@ def build_fmu(
     if structure_machine(machine, {}) is not None:
         raise ValueError("structure: an FMU has a machine of one mass: leave structure out")
     asked = machine_from(machine, {})
+    for name in ("units", "orientation", "friction_coefficient"):
+        value, usual = getattr(asked, name), type(asked).model_fields[name].default
+        if value != usual and value != (1,):
+            raise ValueError(
+                f"{name} = {value!r}: an FMU has one mass without weight: leave it out"
+            )
     based = asked.base_amplitude is not None or asked.acceleration_record is not None
     drive: Drive = "base_acceleration" if based else "force"
     begin = _begin(asked, sizes)

@@ -24,7 +24,7 @@ from damper.sizing.contact import (
     hertz_impact,
     yield_speed,
 )
-from damper.sizing.machine import MASS_RATIOS, Machine, machine_of, read_machine
+from damper.sizing.machine import LYING, MASS_RATIOS, Machine, machine_of, read_machine
 from damper.sizing.search import DIGITS, MASS_PARTS, Search
 from damper.sizing.structures import (
     CHECK,
@@ -71,6 +71,7 @@ class Design:
     """Of a structure: the box that the damper is in."""
     free_mass: float = _number("free mass", "kg", DIGITS)
     mass_ratio: float = _number("over {carrier}")
+    count: float = _number("equal free masses side by side, which share it")
     gap: float = _number("gap, the whole travel", "m", DIGITS)
     restitution: float = _number("coefficient of restitution")
     without: float = _number("without damper", "*")
@@ -81,6 +82,7 @@ class Design:
     fresh_share: float = _number("fresh random runs above the worst case", "%")
     fresh_ratio: float = _number("the largest fresh run, over the worst case")
     closed_form: float = _number("by the closed form", "*")
+    alike: float = _number("the same with all masses exactly alike, as one mass", "*")
     band_ratio: float = _number("largest over that without damper, in the band")
     outside_ratio: float = _number("the same outside of the band")
     outside_frequency: float = _number("largest outside at", "Hz")
@@ -103,7 +105,7 @@ class Design:
     free motion peaks, and under a record displacements, in m over the time in s."""
     history: pd.DataFrame | None = None
     """Displacements in m over the time in s at the worst case of a band: without damper, with it,
-    and of the free mass from the middle of its box."""
+    and of the free mass, or each of several, from the middle of its box."""
     tolerances: pd.DataFrame | None = None
     """What counts with each quantity off its value, the others as built."""
     changes: pd.DataFrame | None = None
@@ -116,10 +118,14 @@ class Design:
     """Where random starts lead to at the worst frequency."""
     boxes: pd.DataFrame | None = None
     """The best damper of each box, and its worst case."""
+    counts: pd.DataFrame | None = None
+    """The best damper of each number of equal masses side by side, and its worst case."""
     materials: pd.DataFrame | None = None
     """The best damper of each material, and its worst case."""
     masses: pd.DataFrame | None = None
     """What lighter free masses leave."""
+    gaps: pd.DataFrame | None = None
+    """What other gaps leave."""
     studies: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     """What every number is made from: name -> study, as a file has it."""
 
@@ -129,6 +135,11 @@ class Design:
         own = self.machine.measured[1]
         found = {one.name: one.metadata.get("unit") for one in fields(self)}
         return {name: own if unit == "*" else unit for name, unit in found.items() if unit}
+
+    @property
+    def boxes_to_build(self) -> int:
+        """Number of equal free masses side by side, each in a box of its own."""
+        return 1 if math.isnan(self.count) else int(self.count)
 
     @property
     def lines(self) -> list[tuple[str, str, str]]:
@@ -167,6 +178,18 @@ class Design:
                 f"Less mass{'' if self.box else ', its gap near the best one'}, {by}{coarse}.",
                 self.masses,
             ),
+            (
+                "Gap against what it leaves",
+                "Gaps that the search tried, the mass as found, in the worst case; all but the "
+                "best one without rounds of fresh starts.",
+                self.gaps,
+            ),
+            (
+                "Units",
+                "The best damper of each number of equal free masses side by side, in the worst "
+                "case, each from a search of its own.",
+                self.counts,
+            ),
             ("Boxes", f"The best damper of each box, {by}{coarse}.", self.boxes),
             ("Materials", f"The best damper of each material, {by}{coarse}.", self.materials),
             (
@@ -178,7 +201,12 @@ class Design:
             (
                 "Where other starts lead",
                 f"Random starts at {self.worst_frequency:.4g} Hz, as built; the worst case is over "
-                "these, too. In brackets are the 95 % limits of their part.",
+                "these, too. In brackets are the 95 % limits of their part."
+                + (
+                    " Motions are those of the first of the masses."
+                    if self.boxes_to_build > 1
+                    else ""
+                ),
                 self.motions,
             ),
         )
@@ -271,26 +299,40 @@ def design(
     if quick and on_structure:
         raise ValueError("quick: there are no closed forms for structures: leave out quick")
     if quick:
+        _check_quick(judge.machine)
         return _checked(_by_closed_forms(judge))
     if not on_structure:
         _check_runs(judge)
-    search: Any = StructureSearch(judge) if on_structure else Search(judge)
     m, answer = judge.machine, _answer_on if on_structure else _answer
-    with progress_bar(lambda: search.doing, "") as search.show:
-        damper = search.best()
+    searches: list[Any] = (
+        [StructureSearch(judge)]
+        if on_structure
+        else [Search(WorstCase(m, count)) for count in m.counts_of_masses]
+    )
+    tried, search = list[tuple[Any, Any]](), searches[0]
+    with progress_bar(lambda: search.doing, "") as show:
+        for search in searches:
+            search.show = show
+            tried.append((search, search.best()))
+        if len(tried) > 1:  # of equals the fewest masses
+            tried.sort(key=lambda one: one[0].bounds[one[1]])
+        search, damper = tried[0]
         each = search.best_of_each(damper, "restitution") if m.materials else []
         boxes = search.best_of_each(damper, "box") if on_structure else []
         lighter = search.best_of_masses(damper)
+        about = search.gaps_about(damper)
     found = answer(search, damper)
-    materials, in_boxes, masses = (
-        [(one, search.bounds[one]) for one in some] for some in (each, boxes, lighter)
+    materials, in_boxes, masses, gaps = (
+        [(one, search.bounds[one]) for one in some] for some in (each, boxes, lighter, about)
     )
     return _checked(
         replace(
             found,
+            counts=_counts(m, tried),
             boxes=_of_each(m, in_boxes, lambda one: [{"box": one.box}]),
             materials=_materials(m, materials),
             masses=_masses(judge, masses),
+            gaps=_masses(judge, gaps),
         )
     )
 
@@ -308,6 +350,22 @@ def machine_from(machine: Any, given: Mapping[str, Any]) -> Machine:
             f"machine = {machine!r}: must be the path of a YAML file, or a mapping of settings"
         )
     return machine_of(dict(machine or {}) | dict(given))
+
+
+def _check_quick(m: Machine) -> None:
+    """Raise ValueError for what the closed forms do not know."""
+    if m.counts_of_masses != [1]:
+        asked = ", ".join(map(str, m.units or ()))
+        raise ValueError(
+            f"quick: units = [{asked}]: the closed forms know one free mass alone: leave out quick "
+            "or units"
+        )
+    for name in ("orientation", "friction_coefficient"):
+        if m.weight and (value := getattr(m, name)) not in (0.0, LYING):
+            raise ValueError(
+                f"quick: {name} = {value}: the closed forms know neither weight nor friction: "
+                f"leave out quick or {name}"
+            )
 
 
 def _check_runs(judge: WorstCase) -> None:
@@ -406,6 +464,26 @@ def _of_each(
     return pd.DataFrame(rows) if rows else None
 
 
+def _counts(m: Any, tried: Sequence[tuple[Any, Any]]) -> pd.DataFrame | None:
+    """The best damper of each number of masses side by side; the best of all first."""
+    if not getattr(m, "units", None):
+        return None
+    judge = tried[0][0].judge
+    alone = float(_without(judge, judge.fine).max())
+    rows = []
+    for search, damper in tried:
+        value = search.bounds[damper]
+        row = {
+            "units": f"{search.judge.count}",
+            "free mass": text_of(damper.mass, "kg"),
+            "gap": text_of(damper.gap, "m"),
+            m.measured[2]: text_of(value, m.measured[1]),
+            "of that without": f"{100.0 * value / alone:.3g} %" if alone < math.inf else "",
+        }
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
 def _materials(m: Any, of_each: Sequence[tuple[Any, float]]) -> pd.DataFrame | None:
     """The best damper of each material, and what counts."""
 
@@ -442,11 +520,12 @@ def _stops(m: Any) -> Any:
 
 def _to_build(found: Design) -> pd.DataFrame:
     """The ball of each material, the box that it needs, and its hardest impact by Hertz."""
-    m, rows = found.machine, []
-    reduced = found.free_mass / (1.0 + found.mass_ratio)
+    m, rows, boxes = found.machine, [], found.boxes_to_build
+    reduced = found.free_mass / (boxes + found.mass_ratio)
     for name, ball in BALLS.items():
-        diameter = ball_diameter(found.free_mass, ball.density)
-        row = {
+        diameter = ball_diameter(found.free_mass / boxes, ball.density)
+        row = {"boxes": f"{boxes}"} if boxes > 1 else {}
+        row |= {
             "ball of": name,
             "diameter": text_of(diameter, "m"),
             "length inside": text_of(diameter + found.gap, "m", DIGITS),
@@ -465,6 +544,11 @@ def _to_build(found: Design) -> pd.DataFrame:
 
 def _about_building(found: Design) -> str:
     text = "One ball has the whole free mass; the length inside is its diameter and the gap."
+    if (boxes := found.boxes_to_build) > 1:
+        text = (
+            f"{boxes} boxes side by side, with a ball of 1/{boxes} of the free mass in each; the "
+            "length inside is its diameter and the gap. The hardest impact is of one ball."
+        )
     if not found.approach_speed > 0.0:
         return text
     own = found.machine.stop_modulus
@@ -487,6 +571,8 @@ def _design(judge: Any, damper: Any, quick: bool, **numbers: Any) -> Design:
     m = judge.machine
     without = float(_without(judge, judge.fine).max())
     clauses = tuple(clauses_of(judge, damper, numbers | {"without": without}))
+    if getattr(m, "units", None):
+        numbers["count"] = float(judge.count)
     failed = tuple(one.warning for one in clauses if one.warning and not one.passed)
     return Design(
         machine=m,
@@ -533,12 +619,17 @@ def _answer(search: Search, damper: Sizes) -> Design:
         frequency = float(every.frequency.iloc[every.value.argmax()])
         studies |= {"sweep": judge.sweep(damper), "motions": judge.motions(damper, frequency)}
         motions = cube_of(studies["motions"])
+        motions = motions.isel(body=0) if "body" in motions.dims else motions
         numbers["motions"] = _motions(motions, judge.machine)
         every = pd.concat([every, _runs_of(motions, judge.machine, frequency)])
         numbers |= {"worst_frequency": frequency} | _band_numbers(every, cube, judge)
         numbers |= _history(judge, damper, search.hardest[damper], studies)
     studies["worst"] = judge.one(damper, search.hardest[damper])
     numbers |= _largest(every, cube_of(studies["check"])[judge.machine.measured[0]])
+    if judge.count > 1:
+        one = Search(WorstCase(judge.machine))
+        numbers["alike"] = one.worst(damper)
+        studies["alike"] = one.judge.one(damper, one.hardest[damper])
     orbit = _orbit(judge, damper, frequency)
     if orbit:
         numbers |= _margins(orbit, damper.gap)
@@ -758,7 +849,10 @@ def _history(
     found = cube_of(studies["history"]).squeeze()
     names = {"time": "time", "without": "alone", "with_damper": "displacement"}
     table = {name: found[f"trajectory_{variable}"].values for name, variable in names.items()}
-    table["relative"] = found.trajectory_free_displacement.values - table["with_damper"]
+    free = found.trajectory_free_displacement.values
+    for k, one in enumerate(np.atleast_2d(free)):
+        name = f"relative_{k}" if judge.count > 1 else "relative"
+        table[name] = one - table["with_damper"]
     return {"history": pd.DataFrame(table).dropna(subset="time").reset_index(drop=True)}
 
 
@@ -789,10 +883,10 @@ def _orbit(judge: WorstCase, damper: Sizes, frequency: float) -> Any:
     """The stable motion at a frequency, as built, if one cycle repeats; else None."""
     import damper as package
 
-    if not frequency:
+    if not frequency or judge.count > 1:
         return None
     kind = judge.machine.force[0]
-    given = judge.machine.primary | judge.sizes(damper)
+    given = judge.machine.primary | judge.machine.weight | judge.sizes(damper)
     p = package.SIParameters(**given, forcing_frequency=2.0 * math.pi * frequency, forcing=kind)
     try:
         orbit = package.periodic_orbit(p, settle=judge.run["transient"])

@@ -161,8 +161,16 @@ def _of_the_evidence(judge: Any, damper: Any, numbers: Mapping[str, Any]) -> Ite
             "worst case leaves this out."
         )
         what = f"{m.measured[2]} with the free mass at exact rest where no wall comes"
-        if m.band is not None:
+        if m.band is not None and not m.weight:
             yield Clause("3.2", what, idle, "<=", numbers["worst"], m.measured[1], text)
+    if "alike" in numbers:
+        text = (
+            "Masses that are exactly alike and begin alike stay together for ever, as one mass: "
+            f"then the {m.measured[2]} is up to {text_of(numbers['alike'], m.measured[1])}. The "
+            "worst case leaves this out: gaps that differ a little end it."
+        )
+        what = f"{m.measured[2]} with all masses exactly alike"
+        yield Clause("3.5", what, numbers["alike"], "<=", numbers["worst"], m.measured[1], text)
     off = m.gap_tolerance
     if "lowest_gap" in numbers:
         what = "least gap, above that where its periodic motion changes"

@@ -17,7 +17,16 @@ from damper.parameters.record_file import Reading
 from damper.parameters.setting import Setting
 from damper.parameters.unit_text import number_in
 from damper.parameters.unusual import USUAL, unusual
-from damper.study.fields import Line, NamedMapping, Pair, StrictModel, Text, Unit, refused
+from damper.study.fields import (
+    DistinctList,
+    Line,
+    NamedMapping,
+    Pair,
+    StrictModel,
+    Text,
+    Unit,
+    refused,
+)
 from damper.study.forcing import Columns, Letter
 from damper.study.messages import Mistakes
 from damper.study.settings import Assumed, Stated, check_origin, declared_class
@@ -48,6 +57,12 @@ _ONE_OF: dict[tuple[str, ...], str] = {
     **ONE_OF_STOPS,
 }
 AUTO = "auto"
+#: How a box may stand.
+LYING, UPRIGHT = ORIENTATIONS = ("lying", "upright")
+#: Standard acceleration of gravity in m/s2, as studies have it.
+GRAVITY = 9.81
+#: Part of the displacement that ends a decay by which the weight may move the machine.
+_SHIFT = 0.1
 #: Restitutions of a range that the first grid has.
 _RESTITUTIONS = 4
 #: Least and largest free mass over that of the machine.
@@ -61,6 +76,8 @@ _LEAST_TOLERANCE = 1e-6
 LARGEST_RESTITUTION = 0.999
 #: Materials at most: each gets an answer of its own.
 MOST_MATERIALS = 20
+#: Free masses side by side at most, and numbers of them that are tried: each takes a search.
+MOST_UNITS, _MOST_COUNTS = 16, 5
 _MASS: Any = {"units": "kg", "ge": 1e-9, "le": 1e12}
 _LENGTH: Any = {"units": "m", "ge": 1e-12, "le": 1e6}
 
@@ -82,6 +99,12 @@ SETTINGS = {
     "restitution_tolerance": Setting(0.0, "How far that may be off, either way.", ge=0),
     "record_step": Setting(None, "Time between samples, of a record of values alone.", "s", gt=0),
     "record_factor": Setting(None, "By what a record's values are multiplied, for its unit."),
+    "orientation": Setting(
+        LYING, "Of the box: lying, or upright, with its motion along gravity.", choices=ORIENTATIONS
+    ),
+    "friction_coefficient": Setting(
+        0.0, "Of dry friction between the free mass and a lying box.", ge=0, le=10
+    ),
     "stop_modulus": Setting(
         None, "Young's modulus of the stops, for the contact force; steel.", "Pa", ge=1e3, le=1e13
     ),
@@ -208,6 +231,11 @@ class Room(RoomBase):  # type: ignore[misc]
     def is_free(self) -> bool:
         """Whether nothing drives it."""
         return False
+
+    @property
+    def weight(self) -> dict[str, float]:
+        """What weight does to the free mass, as quantities of a run; nothing if it does not."""
+        return {}
 
     def written(self) -> dict[str, Any]:
         """Its settings as a file has them."""
@@ -360,8 +388,28 @@ class Machine(Room, Settings):  # type: ignore[misc]
 
     one_of = _ONE_OF
 
+    units: Annotated[
+        DistinctList[Annotated[int, Field(ge=1, le=MOST_UNITS)]] | None,
+        Field(
+            description="Numbers of equal free masses side by side to choose from, such as 1,2,4: "
+            "they share the whole mass, each in a box of its own of the same gap."
+        ),
+    ] = None
+
+    @classmethod
+    def without_units(
+        cls, given: Mapping[str, Any], name: str | None, mistakes: Mistakes
+    ) -> dict[str, Any]:
+        # Before its commas are taken for decimal ones.
+        counts = {"units": _split(given["units"])} if "units" in given else {}
+        return super().without_units({**given, **counts}, name, mistakes)
+
     def check_together(self, mistakes: Mistakes) -> None:
         self._check_drive(mistakes)
+        self._check_weight(mistakes)
+        if (count := len(self.units or ())) > _MOST_COUNTS:
+            message = f"{count} numbers of masses, each of which takes a search"
+            mistakes.add(("units",), message, f"at most {_MOST_COUNTS}")
         self._check_band(mistakes)
         least, most = (ratio * self.mass for ratio in MASS_RATIOS)
         if not least <= self.largest_mass - self.mass_tolerance or self.largest_mass > most:
@@ -387,6 +435,20 @@ class Machine(Room, Settings):  # type: ignore[misc]
             mistakes.add(("counts",), f"{self.counts} does not go with {drive}", ", ".join(what))
         self.check_record(mistakes)
 
+    def _check_weight(self, mistakes: Mistakes) -> None:
+        """Note friction in an upright box, and a weight that hides the end of a decay."""
+        upright = self.orientation == UPRIGHT
+        if upright and self.friction_coefficient:
+            message = "friction_coefficient in an upright box: nothing presses the mass on its side"
+            mistakes.add(("friction_coefficient",), message, f"0, or orientation: {LYING}")
+        shift = self.largest_mass * GRAVITY / self.primary["stiffness"]
+        if upright and self.is_free and shift > _SHIFT * self.decay_to * self.initial_displacement:
+            message = (
+                f"the weight of a free mass of {self.largest_mass:g} kg moves the machine by "
+                f"{shift:.3g} m, more than a tenth of where the decay ends"
+            )
+            mistakes.add(("orientation",), message, "a smaller largest_mass or a larger decay_to")
+
     def _check_band(self, mistakes: Mistakes) -> None:
         """Note a band that is far from the natural frequency."""
         if self.band is None:
@@ -397,6 +459,11 @@ class Machine(Room, Settings):  # type: ignore[misc]
             given = f"{self.band[0]:g} to {self.band[1]:g} Hz"
             message = f"{given} with a natural frequency of {own:.4g} Hz"
             mistakes.add(("band",), message, f"within {low:.4g} to {high:.4g} Hz")
+
+    @property
+    def counts_of_masses(self) -> list[int]:
+        """Numbers of equal free masses to choose from, the fewest first."""
+        return sorted(self.units or [1])
 
     @property
     def is_free(self) -> bool:
@@ -420,8 +487,17 @@ class Machine(Room, Settings):  # type: ignore[misc]
 
     @property
     def has_closed_forms(self) -> bool:
-        """Whether there are any for what drives it."""
-        return not self.is_recorded
+        """Whether there are any for what drives it, and for a free mass that weight acts on."""
+        return not self.is_recorded and not self.weight
+
+    @property
+    def weight(self) -> dict[str, float]:
+        """What weight does to the free mass, as quantities of a run; nothing if it does not."""
+        if self.orientation == UPRIGHT:
+            return {"gravity": GRAVITY}
+        pressed = {"transverse_acceleration": GRAVITY}
+        own = {"friction_coefficient": self.friction_coefficient}
+        return own | pressed if self.friction_coefficient else {}
 
     @property
     def rate(self) -> float:

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
+from itertools import cycle
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,7 @@ from damper.figures.common.layout import write_prefixes
 from damper.figures.common.panels import panel_grid
 from damper.figures.common.style import (
     BLACK,
+    COLOURS,
     COLUMN,
     PURPLE,
     RELATIVE,
@@ -58,6 +60,10 @@ _HIGHEST = 3.0
 _GIVEN = 6
 #: Length inside of the box as drawn, and the least of a ball or a gap.
 _INSIDE, _LEAST_SEEN = 8.0, 1.4
+#: Of an upright box, which is drawn lying.
+_DOWN = "down is to the left"
+#: Sum of the diameters of several balls as drawn, and height of the drawing in inches at most.
+_LARGEST_BALLS, _HIGHEST_BOX = 7.0, 6.5
 #: Size of letters in the box of the sketch, in points.
 _SMALL = 7.0
 
@@ -172,7 +178,8 @@ def _body(design: Design) -> Iterator[str | pd.DataFrame]:
         yield f"## {heading}"
         yield text
         if heading == "What to build":
-            yield "![The box with a steel ball, and the way of the ball](box.png)"
+            boxes = "boxes" if design.boxes_to_build > 1 else "box"
+            yield f"![The {boxes} with a steel ball, and the way of the ball](box.png)"
         yield frame
     yield "## What was assumed"
     yield "\n".join(f"- {text}" for text in design.assumed)
@@ -259,8 +266,12 @@ def sketch(design: Design) -> Figure:
             schematic.moving_base(ax, f"± {text_of(amplitude, 'm')}")
         elif m.acceleration_record is not None:
             schematic.moving_base(ax, "$a(t)$")
+        boxes = design.boxes_to_build
         free = f"free mass {text_of(design.free_mass, 'kg', design.digits('free_mass'))}"
+        free += f" in {boxes} boxes" if boxes > 1 else ""
         ax.text(3.75, 2.8, free, va="center", fontsize=_SMALL)
+        if m.weight.get("gravity"):
+            ax.text(5.7, 3.3, _DOWN, ha="center", va="center", fontsize=_SMALL)
         for first, last in ((3.6, 5.2), (6.2, 7.8)):
             length = text_of(0.5 * design.gap, "m", design.digits("gap") + 1)
             schematic.dimension(ax, first, last, 1.6, length, _SMALL)
@@ -269,11 +280,17 @@ def sketch(design: Design) -> Figure:
 
 
 def box(design: Design) -> Figure:
-    """Draw the box with a steel ball: diameter, gap, length inside, direction of motion."""
-    diameter = ball_diameter(design.free_mass, STEEL.density)
+    """Draw the box with a steel ball: diameter, gap, length inside, direction of motion.
+
+    Of several masses each box is drawn.
+    """
+    boxes = design.boxes_to_build
+    diameter = ball_diameter(design.free_mass / boxes, STEEL.density)
     inside = diameter + design.gap
     # To scale, unless ball or gap would not be seen.
-    drawn = min(max(_INSIDE * design.gap / inside, _LEAST_SEEN), _INSIDE - _LEAST_SEEN)
+    largest = _INSIDE - _LEAST_SEEN if boxes == 1 else max(_LEAST_SEEN, _LARGEST_BALLS / boxes)
+    drawn = max(_INSIDE * design.gap / inside, _LEAST_SEEN, _INSIDE - largest)
+    drawn = min(drawn, _INSIDE - _LEAST_SEEN)
     scaled = math.isclose(drawn, _INSIDE * design.gap / inside)
     digits = design.digits("gap")
     with style():
@@ -282,12 +299,14 @@ def box(design: Design) -> Figure:
             ax,
             _INSIDE,
             drawn,
-            f"ball, steel: Ø {text_of(diameter, 'm')}",
+            f"{'ball, steel: ' if boxes == 1 else ''}Ø {text_of(diameter, 'm')}",
             text_of(design.gap, "m", digits),
             f"inside {text_of(inside, 'm', DIGITS)}" + ("" if scaled else ", not to scale"),
+            boxes,
+            "direction of motion" + (f", {_DOWN}" if design.machine.weight.get("gravity") else ""),
         )
         (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
-        width = 1.3 * COLUMN
+        width = min(1.3 * COLUMN, _HIGHEST_BOX * (right - left) / (high - low))
         figure.set_size_inches(width, width * (high - low) / (right - left))
     return figure
 
@@ -352,11 +371,13 @@ def history(design: Design) -> Figure:
         upper.set_ylabel("displacement / m")
         upper.set_title(f"worst case, at {design.worst_frequency:.4g} Hz", loc="left")
         upper.legend(frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2)
-        lower.plot(table.time, table.relative, color=RELATIVE, lw=0.9, label="free mass")
+        each = [name for name in table if name.startswith("relative")]
+        for name, color in zip(each, cycle((RELATIVE, *COLOURS)), strict=False):
+            lower.plot(table.time, table[name], color=color, lw=0.9)
         gap = design.studies["history"]["parameters"]["gap"]
         for wall in (-0.5 * gap, 0.5 * gap):
             lower.axhline(wall, color="#777777", lw=0.6)
-        lower.set(xlabel="time / s", ylabel="free mass in its box / m")
+        lower.set(xlabel="time / s", ylabel=f"free mass{'es' * (len(each) > 1)} / m")
         lower.set_xlim(0.0, table.time.max())
         write_prefixes(figure)
     return figure

@@ -21,12 +21,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.parameters.lazy import pd
+from damper.sizing.machine import GRAVITY
 from damper.sizing.study import Case, Sizes, rounded
 from damper.sweep.progress import Progress
 
 _NONE = Sizes(0.0, 0.0, 0.0)
 #: Gaps of the first grid: parts of that of the closed forms.
 _GAPS = (0.08, 5.0)
+#: Parts of the best damper's gap of which a card says what they leave.
+_GAPS_ABOUT = (0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.25)
+#: Largest gap of an upright box over g T^2: a flight of two cycles T is g (2 T)^2 / 8 high.
+_FLIGHT = 0.5
 #: Parts of the best damper's mass of which a card says what they leave, and of the gap that the
 #: closed form's goes with them: in a band the best one is a little less.
 MASS_PARTS, _LIGHTER_GAPS = (1.0, 0.75, 0.5), (1.0, 0.95, 0.9)
@@ -48,6 +53,8 @@ class Grid(NamedTuple):
 _SMOOTH = Grid(1.1, (1.0, 0.85, 0.7, 0.5, 0.3), (1.025, 1.006))
 #: Over a band motions are born and die at one frequency after another: the worst case jumps.
 _BAND = Grid(1.0125, (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3), (1.006, 1.0015))
+#: Of several masses, which fall out of step: the worst case jumps less, and runs take longer.
+_SEVERAL = Grid(1.05, (1.0, 0.8, 0.6, 0.4), (1.015, 1.004))
 #: Finer grids: steps either way, and those of a range of restitutions in its length.
 _STEPS, _PARTS = 4, (12.0, 48.0)
 #: Dampers about which the grid is made finer: at most, and with bounds over the best worst case.
@@ -86,7 +93,9 @@ class Search:
 
     @property
     def _grid(self) -> Grid:
-        return _SMOOTH if self.judge.machine.band is None else _BAND
+        if self.judge.machine.band is None:
+            return _SMOOTH
+        return _BAND if self.judge.count == 1 else _SEVERAL
 
     def best(self) -> Any:
         """The best damper, in numbers of four digits."""
@@ -122,9 +131,14 @@ class Search:
         for part, restitution in product(self._grid.masses, m.restitutions):
             mass = self._mass(part * m.largest_mass)
             gap = self.judge.closed_form_gap(mass, restitution) * self.judge.distance
-            high = min(_GAPS[1] * gap, m.largest_gap)
+            highest = _GAPS[1] * gap
+            if m.weight.get("gravity") and m.band:
+                # Upright, it may bounce on the lower wall alone.
+                highest = max(highest, _FLIGHT * GRAVITY / m.band[0] ** 2)
+            high = min(highest, m.largest_gap)
             low = min(max(_GAPS[0] * min(gap, high), m.gap_tolerance), high)
-            count = math.ceil(math.log(high / low) / step) + 1
+            wider = max(math.log(highest / gap) / math.log(_GAPS[1]), 1.0)
+            count = math.ceil(math.log(high / low) / (step * wider)) + 1
             gaps = np.geomspace(low, high, count).tolist()
             made += self._dampers(_NONE, [mass], gaps, [restitution])
         return made
@@ -167,6 +181,20 @@ class Search:
             some = self._dampers(found, [mass], gaps, [found.restitution])
             made += [self.best_of(some)] if some else []
         return made
+
+    def gaps_about(self, found: Any) -> list[Any]:
+        """The damper `found` and others that were tried, some per cent off in gap; all run in full.
+
+        All but the gap is as found.
+        """
+        tried = (one for one in self.bounds if one._replace(gap=found.gap) == found and one.gap)
+        like = list(dict.fromkeys([found, *tried]))
+        logs = np.log([one.gap for one in like])
+        wanted = (math.log(part * found.gap) for part in _GAPS_ABOUT)
+        near = {like[int(np.argmin(np.abs(logs - gap)))] for gap in wanted}
+        for one in near:
+            self.worst(one)
+        return sorted(near, key=lambda one: one.gap)
 
     def _report(self, dampers: Sequence[Any]) -> None:
         """Report how many of these are tried; then the most cases that a promising one has run."""

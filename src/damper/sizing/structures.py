@@ -38,6 +38,8 @@ _ONE_OF: dict[tuple[str, ...], str] = {
     _DRIVES: "the drive is missing: what makes it vibrate",
     **ONE_OF_STOPS,
 }
+#: Keys of a machine of one mass that change the damper's runs.
+OF_ONE_MACHINE = ("units", "orientation", "friction_coefficient")
 #: The grid: parts of the largest mass, gaps down to `_LEAST_GAP` of the largest.
 _GRID = Grid(2.0**0.5, (1.0, 0.5, 0.25), (2.0**0.125, 2.0**0.03125))
 _LEAST_GAP = 1.0 / 64.0
@@ -240,6 +242,7 @@ class StructureJudge(Judge):
     seen: dict[BoxedRun, dict[str, float]] = field(default_factory=dict)
 
     observers = None
+    count = 1
 
     @property
     def band(self) -> list[float]:
@@ -542,11 +545,22 @@ def structure_machine(machine: Any, given: Mapping[str, Any]) -> StructureMachin
         machine = machine.model_dump(exclude_unset=True)
     if machine is None or isinstance(machine, Mapping):
         data = dict(machine or {}) | dict(given)
-        return StructureMachine.checked("", data) if "structure" in data else None
+        return StructureMachine.checked("", _known(data)) if "structure" in data else None
     if not isinstance(machine, str | Path):
         return None
     file = read_yaml(Path(machine))
     if not isinstance(file.data, dict) or "structure" not in file.data:
         return None
     data = {"folder": str(Path(machine).parent)} | of_folder(file.data, machine) | dict(given)
-    return StructureMachine.checked_in(file, data)
+    return StructureMachine.checked_in(file, _known(data))
+
+
+def _known(data: dict[str, Any]) -> dict[str, Any]:
+    """Return settings; ValueError for keys that only a machine of one mass has."""
+    for name in OF_ONE_MACHINE:
+        if name in data:
+            raise ValueError(
+                f"{name} = {data[name]!r}: goes with a machine of one mass; on a structure it must "
+                "be left out"
+            )
+    return data

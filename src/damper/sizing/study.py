@@ -18,8 +18,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.parameters import Parameters
+from damper.parameters.masses import equal_masses
 from damper.parameters.named import completed
-from damper.sizing.machine import Machine
+from damper.sizing.machine import GRAVITY, UPRIGHT, Machine
 from damper.sizing.words import text_of
 from damper.sweep.grid import product
 from damper.sweep.runs import run_points
@@ -30,8 +31,8 @@ from damper.theory.slow_manifold import fold
 _LEAST, _MOST, _BEYOND = 11, 51, 14
 #: Beyond the band: parts of its lowest and of its highest frequency.
 _RANGE = (0.5, 1.5)
-#: What a transient falls to, as an exponent, and its bounds in cycles.
-_DIES, _TRANSIENT = 30.0, (100, 2000)
+#: What a transient falls to, as an exponent, and its bounds in cycles; and that without damper.
+_DIES, _TRANSIENT, _DIES_ALONE = 30.0, (100, 2000), 7.0
 #: Peaks of a free motion that are kept.
 _PEAKS = 4000
 #: Decays so many times as slow as the closed form's are not run to their end.
@@ -46,6 +47,11 @@ PLACES, _SIZES = [-1.0, -0.5, 0.0, 0.5, 1.0], [0.5, 1.0, 2.0]
 AFTER = 2.0
 #: The first assumption of every card.
 ONE_MASS = "One rigid free mass without friction in a box along the motion, between equal walls."
+#: Of several masses: how far the gaps differ either way, which is less than any workshop's, and
+#: the distance in clearances between the places of one and the next where they begin apart.
+SPREAD, _APART = 1e-3, 0.73
+#: Of several masses, each so many-th random start has them begin alike.
+_ALIKE = 4
 #: Samples of a time history in a cycle of the machine's own.
 _SAMPLES = 40
 #: Cycles of the worst case's time history, and samples of each.
@@ -72,8 +78,8 @@ _MORE, _SEEDS = 500, 1000
 _NEAR_PLACE, _NEAR_OFF = 0.05, 0.125
 #: The worst motion is followed to the next frequencies of the band: in so many steps.
 _FINER = 8
-#: What stirs the free mass.
-_SPEED = "initial_relative_velocity"
+#: What stirs the free mass, and what sets several apart.
+_SPEED, _SPACING = "initial_relative_velocity", "initial_spacing"
 
 
 #: Points, each of which starts from the end of the one before.
@@ -146,6 +152,8 @@ class WorstCase(Judge):
     """How dampers of a machine are judged: frequencies, starts, lengths of runs."""
 
     machine: Machine
+    count: int = 1
+    """Number of equal free masses side by side, which share the mass of a damper."""
 
     @property
     def least(self) -> float:
@@ -182,6 +190,8 @@ class WorstCase(Judge):
     def closed_form(self, damper: Sizes) -> dict[str, float]:
         """What the closed forms say of a damper, of what counts; nothing where they hold not."""
         m = self.machine
+        if self.count > 1 or m.weight:
+            return {}
         if m.is_free:
             time = self._decay_time(damper)
             return {"value": time} if time < math.inf else {}
@@ -200,7 +210,7 @@ class WorstCase(Judge):
     def idle(self, damper: Sizes) -> float:
         """What counts where no wall of a damper reaches a free mass at rest; else 0."""
         m = self.machine
-        if m.band is None:
+        if m.band is None or m.weight:  # weight lays it on a wall, friction takes it along
             return 0.0
         alone = ((m.undamped(hertz), hertz) for hertz in self.band)
         return max((m.counted(*one) for one in alone if one[0] < 0.5 * damper.gap), default=0.0)
@@ -239,8 +249,12 @@ class WorstCase(Judge):
         alone = -math.log(m.decay_to) / m.damping_ratio if m.damping_ratio else math.inf
         most = m.largest_mass
         slowest = (Sizes(most, self.closed_form_gap(most, r), r) for r in m.restitutions)
-        longest = m.rate * max(map(self._decay_time, slowest))
-        cycles = min(1.1 * alone, _SLOWER * longest) / math.tau + 5.0
+        longest = _SLOWER * m.rate * max(map(self._decay_time, slowest))
+        alone *= 1.1
+        if m.weight:  # a free mass that rests only slows the decay
+            alone *= 1.0 + most / m.mass
+            longest = longest if alone == math.inf else alone
+        cycles = min(alone, longest) / math.tau + 5.0
         return rounded(math.tau * cycles / m.rate, 8)
 
     @property
@@ -252,6 +266,9 @@ class WorstCase(Judge):
         # The damping that impacts add falls with the amplitude's distance from the best one.
         rate = m.damping_ratio + 0.15 * m.largest_mass / m.mass
         transient = math.ceil(_DIES / (2.0 * math.pi * rate))
+        if m.weight:  # a free mass that rests adds no damping
+            alone = _DIES_ALONE / (2.0 * math.pi * max(m.damping_ratio, 1e-6))
+            transient = max(transient, math.ceil(alone))
         transient = min(max(transient, _TRANSIENT[0]), _TRANSIENT[1])
         return {"transient": transient, "periods": max(40, transient // 4)}
 
@@ -282,7 +299,9 @@ class WorstCase(Judge):
     def observed(self, chains: Sequence[Chain], observers: Any) -> dict[str, np.ndarray]:
         """Run chains, each point from the end of the one before, and return what is observed."""
         m = self.machine
-        force = {"forcing": m.record if m.is_recorded else m.force[0]}
+        force: dict[str, Any] = {"forcing": m.record if m.is_recorded else m.force[0]}
+        if self.masses:
+            force["masses"] = equal_masses(**self.masses)
         points = [completed(point | force) for chain in chains for point in chain]
         before: list[int] = []
         for chain in chains:
@@ -290,13 +309,24 @@ class WorstCase(Judge):
         return run_points(points, observers, predecessor=before, workers=None, **self.run)[0]
 
     @property
+    def masses(self) -> dict[str, Any]:
+        """Several masses, as the setting `masses` of a study; nothing of one."""
+        return {"count": self.count, "clearance_spread": SPREAD} if self.count > 1 else {}
+
+    @property
+    def _bodies(self) -> dict[str, Any]:
+        """Setting of observers that look at each of several masses."""
+        return {"bodies": list(range(self.count))} if self.count > 1 else {}
+
+    @property
     def starts(self) -> dict[str, list[float]]:
-        """Starts of all dampers, as an axis of a study."""
+        """Starts of all dampers, as axes of a study; of several masses alike and apart."""
+        apart = {_SPACING: [0.0, _APART]} if self.count > 1 else {}
         if self.machine.is_free:
-            return {"initial_position": [-0.5, 0.0, 0.5]}
+            return {"initial_position": [-0.5, 0.0, 0.5]} | apart
         if self.machine.is_recorded:
-            return {"initial_position": PLACES}
-        return {"initial_displacement": [0.0, self.far, -self.far]}
+            return {"initial_position": PLACES} | apart
+        return {"initial_displacement": [0.0, self.far, -self.far]} | apart
 
     def axes(self, damper: Sizes) -> dict[str, list[float]]:
         """Values of the axes of the worst case but for the frequency: tolerances and starts."""
@@ -307,7 +337,9 @@ class WorstCase(Judge):
     def assumptions(self, quick: bool) -> Iterator[str]:
         """Sentences of a card on what was assumed."""
         m = self.machine
-        yield ONE_MASS
+        yield _in_words(m, self.count)
+        if m.weight.get("gravity"):
+            yield "Displacements count from where the machine rests without the free mass."
         yield (
             "One mode of the machine; impacts take no time and have one coefficient of restitution."
         )
@@ -341,11 +373,11 @@ class WorstCase(Judge):
         """Quantities that no damper changes."""
         m = self.machine
         if m.is_free:
-            own = {"initial_displacement": (start := m.initial_displacement)}
+            own = m.weight | {"initial_displacement": (start := m.initial_displacement)}
             return m.primary | own | {_SPEED: rounded(_STIRRED * m.rate * start)}
         if m.is_recorded:
-            return m.primary
-        return m.primary | {_SPEED: rounded(_STIRRED * m.rate * self.least)}
+            return m.primary | m.weight
+        return m.primary | m.weight | {_SPEED: rounded(_STIRRED * m.rate * self.least)}
 
     @cached_property
     def cases(self) -> list[Case]:
@@ -380,7 +412,13 @@ class WorstCase(Judge):
         for place in np.linspace(-1.0, 1.0, _FINE_PLACES).tolist():
             for speed in dict.fromkeys((stirred, -stirred)):
                 start = {"initial_position": place, _SPEED: speed}
-                yield from (Case((0, part, 0), start) for part in parts)
+                for apart in self._apart:
+                    yield from (Case((0, part, 0), start | apart) for part in parts)
+
+    @property
+    def _apart(self) -> list[dict[str, float]]:
+        """Starts of several masses alike and apart; of one, nothing is to be said."""
+        return [{}, {_SPACING: _APART}] if self.count > 1 else [{}]
 
     def fresh(self, worst: Case, seed: int) -> list[Case]:
         """More random starts, others for each seed: of any damper, and near its worst case."""
@@ -391,8 +429,11 @@ class WorstCase(Judge):
         """Random starts of any damper, or near the worst case that was found."""
         m, draw = self.machine, np.random.default_rng(seed)
         slowest = self.fixed.get(_SPEED, 0.0)
-        for _ in range(count):
+        for number in range(count):
             rate, place, speed, x, *off = draw.uniform(-1.0, 1.0, 7).tolist()
+            apart = {}
+            if self.count > 1 and number % _ALIKE:
+                apart[_SPACING] = draw.uniform(0.0, 4.0)
             if m.band is not None:
                 low, high = m.band
                 if about is not None:
@@ -406,8 +447,9 @@ class WorstCase(Judge):
                 if about is not None:
                     place = _part(about.start["initial_position"] + _NEAR_PLACE * place)
                     off = [_part(a + _NEAR_OFF * b) for a, b in zip(about.off, off, strict=True)]
+                    apart = {k: v for k, v in about.start.items() if k == _SPACING}
                 start, hertz = {_SPEED: math.copysign(slowest, speed) + 0.0}, ()
-            yield Case(tuple(off), start | {"initial_position": place}, hertz)
+            yield Case(tuple(off), start | {"initial_position": place} | apart, hertz)
 
     def _next_to(self, hertz: float) -> tuple[float, float]:
         """The band from one of its frequencies before to one behind."""
@@ -477,7 +519,8 @@ class WorstCase(Judge):
 
         Sampled is the whole window, or some cycles of it about a moment, in cycles.
         """
-        made, sampled = self.one(damper, case), {"samples_per_period": _FINE, "events": 0}
+        made = self.one(damper, case)
+        sampled: dict[str, Any] = {"samples_per_period": _FINE, "events": 0} | self._bodies
         if about is not None:
             first = min(max(round(about) - _SHOWN // 2, 0), made["periods"] - _SHOWN)
             sampled |= {"start": first, "length": _SHOWN, "events": 1000, "without_damper": True}
@@ -503,6 +546,8 @@ class WorstCase(Judge):
             draws |= {"phase": [0.0, math.tau], "initial_position": {"values": [-1.0, 1.0]}}
             draws["initial_displacement"] = [-self.far, self.far]
             draws["initial_velocity"] = self._speeds
+        if self.count > 1:
+            draws[_SPACING] = [0.0, 4.0]
         return self._study("a check by fresh starts", {}, fixed, self.observers) | {"draws": draws}
 
     def worst_case(self, damper: Sizes) -> dict[str, Any]:
@@ -540,12 +585,13 @@ class WorstCase(Judge):
         """The study of a record without damper: between walls that nothing reaches."""
         m = self.machine
         damper = self.sizes(Sizes(m.largest_mass, _NO_WALLS, min(m.restitutions)))
-        return self._study("without damper", {}, self.fixed | damper, self.observers)
+        return self._study("without damper", {}, m.primary | damper, self.observers)
 
     def history(self, damper: Sizes) -> dict[str, Any]:
         """The study of the motion under a record of the damper as built, and without it."""
         samples = math.ceil(_SAMPLES * self.machine.rate / math.tau)
         sampled = {"samples_per_period": samples, "events": 0, "without_damper": True}
+        sampled |= self._bodies
         fixed = self.fixed | self.sizes(damper)
         return self._study("time history", {}, fixed, {"trajectory": sampled})
 
@@ -561,19 +607,29 @@ class WorstCase(Judge):
 
     @property
     def _speeds(self) -> list[float]:
-        """To one side, for the other is its mirror image; slower, the free mass may stay idle."""
+        """To one side, for the other is its mirror image; slower, the free mass may stay idle.
+
+        Under weight neither is so.
+        """
         speed = self.far * self.machine.rate
+        if self.machine.weight:
+            return [-speed, speed]
         return [min(self.fixed[_SPEED], _STIRRED * speed), speed]
 
     def motions(self, damper: Sizes, frequency: float) -> dict[str, Any]:
         """The study of the motions that random starts lead to at a frequency in Hz."""
-        fixed: dict[str, Any] = self.machine.primary | self.sizes(damper)
+        m = self.machine
+        fixed: dict[str, Any] = m.primary | m.weight | self.sizes(damper)
         fixed["forcing_frequency"] = {"value": frequency, "unit": "Hz"}
         draws = {"count": STARTS, "seed": 1, "initial_position": [-1, 1], "phase": [0.0, math.tau]}
         draws["initial_displacement"] = [-self.far, self.far]
         draws[_SPEED] = self._speeds
+        motion: dict[str, Any] = {"tolerance": 1e-4}
+        if self.count > 1:
+            draws[_SPACING] = [0.0, 4.0]
+            motion["bodies"] = [0]
         own = {"response": {}} | self.observers
-        observers = {"motion": {"tolerance": 1e-4}, **own, "impacts": {"largest": True}}
+        observers = {"motion": motion, **own, "impacts": {"largest": True}}
         return self._study("motions from anywhere", {}, fixed, observers) | {"draws": draws}
 
     def _study(
@@ -585,10 +641,34 @@ class WorstCase(Judge):
             "source": "damper design",
             "parameters": {n: v for n, v in (fixed | single).items() if n not in axes},
             "axes": axes,
+            **({"masses": self.masses} if self.masses else {}),
             "forcing": self.machine.forcing,
             **self.run,
             "observers": observers,
         }
+
+
+def _in_words(machine: Machine, count: int) -> str:
+    """First assumption of a card: the free masses, their boxes, weight and friction."""
+    if count == 1 and not machine.weight:
+        return ONE_MASS
+    many = count > 1
+    boxes = "each in a box of its own" if many else "in a box"
+    friction = machine.weight.get("friction_coefficient", 0.0)
+    rubs = f"with dry friction of coefficient {friction:g}" if friction else "without friction"
+    text = (
+        f"{count if many else 'One'} rigid free mass{'es side by side' * many} {rubs}, {boxes} "
+        "along the motion, between equal walls."
+    )
+    if machine.orientation == UPRIGHT:
+        text += f" The motion is upright: {GRAVITY:g} m/s² pull the free mass to the lower wall."
+    elif friction:
+        text += f" The box lies: {GRAVITY:g} m/s² press the free mass on it."
+    if many:
+        text += (
+            f" Gaps differ by {100.0 * SPREAD:g} % either way; the masses begin alike and apart."
+        )
+    return text
 
 
 def rounded(value: float, digits: int = 3) -> float:
