@@ -3,21 +3,21 @@
 python benchmarks/identify.py intervals 200
 python benchmarks/identify.py impacts 200
 python benchmarks/identify.py displacement 60 0.1
-python benchmarks/identify.py acceleration 60
+python benchmarks/identify.py acceleration 60 0.01 1000
 
-A damper is `wrong` where an interval misses the truth by more than half of its width, and `worse`
-where the sum of squares is larger than with the true values, so that the search has failed. It is
-`warned` where a warning doubts the fit: any but those that the data tell too little. After every
-ten dampers:
+A damper is `held` where all intervals hold the truth, `missed` where one does not, and `wrong`
+where one misses the truth by more than half of its width; it is `worse` where the sum of squares is
+larger than with the true values, so that the search has failed. It is `warned` where a warning
+doubts the fit: any but those that the data tell too little. After every ten dampers:
 
-- how many are right, with and without a warning, and how many wrong;
+- how many are held, missed and wrong, with and without a warning;
 - how often each warning comes;
 - for each unknown, the part of them whose 95 % interval holds the truth, with its binomial 95 %
   limits.
 
 White noise is 1 % of the first displacement and acceleration, or of the mean time between impacts,
-unless a third argument says so. An impact within 0.1 after the last one that
-was heard is not heard.
+unless a third argument says so. A fourth one is the number of the first damper, 0. An impact within
+0.1 after the last one that was heard is not heard.
 """
 
 import math
@@ -96,11 +96,14 @@ def recorded(kind: str, true: Mapping[str, Any], noise: float, seed: int) -> dam
     return damper.Recording(times, kind=kind, blank=blank)
 
 
-def main(kind: str = "intervals", trials: str = "20", noise: str = "0.01") -> None:
+def main(
+    kind: str = "intervals", trials: str = "20", noise: str = "0.01", first: str = "0"
+) -> None:
     """Print what is found of random dampers."""
     hits: dict[str, list[bool]] = {name: [] for name in _FREE[kind]}
     judged, warnings = Counter[str](), Counter[str]()
-    for seed in range(int(trials)):
+    for count in range(1, int(trials) + 1):
+        seed = int(first) + count - 1
         true = truth(kind, random.Random(seed))
         known = {name: value for name, value in true.items() if name not in _FREE[kind]}
         record = recorded(kind, true, float(noise), seed)
@@ -113,7 +116,7 @@ def main(kind: str = "intervals", trials: str = "20", noise: str = "0.01") -> No
             off = max(off, abs(true[name] - 0.5 * (low + high)) / (high - low))
             if not held[-1]:
                 missed.append(f"{name} {true[name]:.6g}, {low:.6g} to {high:.6g}")
-        verdict = "wrong" if off > 1.0 else "right"
+        verdict = "wrong" if off > 1.0 else "missed" if missed else "held"
         if any(not text.startswith("The data") for text in found.warnings):
             verdict += ", warned"
         judged[verdict] += 1
@@ -122,10 +125,10 @@ def main(kind: str = "intervals", trials: str = "20", noise: str = "0.01") -> No
         if found.rms["record"] > 1.001 * _rms(record, true, known, _FREE[kind]):
             judged["worse than the truth"] += 1
             verdict += ", worse"
-        if missed or verdict != "right":
+        if verdict != "held":
             print(f"{seed}: {'; '.join([verdict, *missed, *texts])}", flush=True)
-        if (seed + 1) % 10 == 0 or seed + 1 == int(trials):
-            about = f"{kind}, noise {noise}, {seed + 1} dampers: "
+        if count % 10 == 0 or count == int(trials):
+            about = f"{kind}, noise {noise}, {count} dampers: "
             for counted in (judged, warnings):
                 print(about + "; ".join(f"{text}: {n}" for text, n in counted.most_common()))
             for name, held in hits.items():

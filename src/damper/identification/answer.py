@@ -37,6 +37,8 @@ _LOOSE, _VAGUE = 0.1, 0.5
 _NOTHING = 1e-6
 #: Part of an allowed range within which a value is at its end.
 _AT_END = 1e-4
+#: Independent draws whose worth makes an interval no more than a hint.
+_FEW = 20.0
 #: Samples in a period of the primary, below which a record is coarse.
 _COARSE = 10.0
 
@@ -47,8 +49,8 @@ class Identification:
 
     title: str
     values: pd.DataFrame
-    """`quantity`, `value`, `unit`, the ends `low` and `high` of its 95 % interval, by covariance or
-    profile, whichever is further off, and `standard_error` by the covariance, a row each."""
+    """`quantity`, `value`, `unit`, the ends `low` and `high` of its 95 % interval, and
+    `standard_error` by the covariance, a row each."""
     parameters: Parameters | SIParameters
     """The damper with these values."""
     correlation: pd.DataFrame
@@ -250,12 +252,13 @@ def _answer(fitter: Fitter, fit: Fit, assumed: list[str]) -> Identification:
     most = float(t.ppf(0.5 + 0.5 * _CONFIDENCE, fit.freedom))
     told = [j for j in own if errors[j] < math.inf]
     others = [(j, f) for j in told for way in (-most, most) for f in fitter.profile(fit, j, way)]
-    # The profile may have found a lower place.
+    points, chances = fitter.likely(fit)
+    # Both may have found a lower place.
     cost, point = min(fitter.tried, key=lambda one: one[0])
     if cost < fit.cost * (1.0 - 1e-6):
         fit = fitter.exact(point)
         errors = np.sqrt(np.diag(fit.covariance))
-    low, high = fitter.reach(fit, most, others)
+    low, high = fitter.ends(fit, most, points, chances)
     labels = [unknown.label for unknown in unknowns]
     columns = {
         "quantity": labels,
@@ -348,8 +351,12 @@ def _warnings(fitter: Fitter, fit: Fit, low: np.ndarray, high: np.ndarray) -> It
             "No two searches ended in the best place: another minimum may be better. Narrow ranges "
             "(--range) or a second record help."
         )
-    if not fit.converged:
+    if not fit.converged or fitter.effective < _FEW:
         yield "The fit has not converged: its intervals are no more than a hint."
+    if (other := fitter.other(fit)) is not None:
+        values = (text_of(float(other[j]), unknowns[j].unit) for j in own)
+        named = (f"{unknowns[j].label} = {text}" for j, text in zip(own, values, strict=True))
+        yield f"The data fit nearly as well with {', '.join(named)}."
     for label, times in fit.excess(_CHANCE).items():
         yield (
             f"{label}: the residual is {times:.2g} times what the record's noise explains. The "

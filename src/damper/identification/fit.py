@@ -12,7 +12,7 @@ import numpy as np
 
 from damper.engine.compiled import compiling
 from damper.identification.problem import OF_RECORD, RecordedDamper
-from damper.identification.recordings import Recording
+from damper.identification.recordings import TIMES, Recording
 
 #: First part of the records that is fitted, and by what the next ones grow.
 _FIRST, _GROWS = 0.125, 1.3
@@ -21,8 +21,8 @@ _LAST_PART = 0.9
 #: Starts of each round, and how many of them, and of points that come from the window before, are
 #: fitted in a window; there are more rounds until two of them end in the best place.
 _ROUNDS = ((200, 3), (400, 4), (800, 6), (1600, 8))
-#: Points around a fit; looks around the best fits, as many, that find no lower place.
-_DRAWS, _LOOKS = 20, 3
+#: Points around a fit.
+_DRAWS = 20
 #: Steps of a fit in a window, of one of the whole, of the last one and of one in a profile.
 _IN_WINDOW, _WHOLE, _LAST, _NEAR = 5, 8, 30, 2
 #: Neighbours whose correlation counts.
@@ -34,12 +34,18 @@ _DOUBT = 0.01
 _OUTWARD, _TO_END, _RISEN = 8, 2, 0.95
 #: Sum of squares, over the variance, by which minima differ that one 95 % interval holds.
 _ALIKE = 4.0
+#: Points of a round of draws; by what each round flattens their probability; how many independent
+#: ones' worth is enough; and how much larger, over the variance, the sum of squares of the first
+#: ones may be.
+_DRAWN, _HEATS, _ENOUGH, _FAR = 300, (4.0, 2.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), 200.0, 40.0
+#: Part of the probability on each side of an interval.
+_TAIL = 0.025
 #: Longest step of a profile over the range of starts.
 _LONGEST = 0.15
 #: Variance, over the noise that is taken at first, of records that are as exact as the runs.
 _EXACT = 1e-12
 #: Degrees of freedom from which on the variance of a window says something.
-_TELLING = 8
+_TELLING = 4
 #: Decrease of the sum of squares, over the noise, at which a fit ends: in windows and at last. The
 #: unknowns then are within the root of it, in standard errors.
 _ROUGH, _FINE = 0.5, 1e-3
@@ -136,15 +142,17 @@ class Fit:
         """Rms of the residual over the noise, by the labels of records where it is too large.
 
         Noise makes it as large with less than this chance, by the F test, which is chi-square for a
-        stated noise. Of records whose noise is known without the fit.
+        stated noise. Of records whose noise is known without the fit; that of times is below a
+        tenth of the mean one between impacts, which could not be counted otherwise.
         """
         from scipy.stats import f
 
         found = {}
         share = self.freedom / (self.freedom + len(self.point))
         for k, (some, record) in enumerate(zip(self.each, self.problem.records, strict=True)):
-            if record.own_noise and len(some):
-                noise, known = record.own_noise
+            told = (self.problem.size(k), math.inf) if record.kind in TIMES else None
+            if len(some) and (told := record.own_noise or told):
+                noise, known = told
                 # Samples that an impact hides have no part in the sum, but in its weight.
                 power = float(some @ some) * len(some) / len(record.times)
                 freedom = max(share * len(some), 1.0)
@@ -174,8 +182,10 @@ class Fitter:
         ]
         self.count = sum(len(record.times) for record in problem.records)
         self.generator = random.Random(0)
-        #: Sum of squares and degrees of freedom of each window's best fit.
-        self.windows: list[tuple[float, int]] = []
+        #: How many independent draws the intervals are worth.
+        self.effective = math.inf
+        #: Part of the records and point of each window's best fit.
+        self.windows: list[tuple[float, np.ndarray]] = []
         #: Chance of the whole fitting as much worse than a window.
         self.in_part = 1.0
         #: Whether two rounds have ended in the best place.
@@ -226,10 +236,11 @@ class Fitter:
         from scipy.stats import f
 
         least = 1.0
-        for cost, freedom in self.windows if fit.variance > _EXACT else ():
-            if (rest := fit.freedom - freedom) > 0:
-                ratio = (fit.cost - cost) / rest / max(cost / freedom, _TINY)
-                least = min(least, len(self.windows) * float(f.sf(ratio, rest, freedom)))
+        for part, point in self.windows if fit.variance > _EXACT else ():
+            window = Fit(self.problem, point, *self.problem.residuals(point, part), True)
+            if (rest := fit.freedom - window.freedom) > 0:
+                ratio = (fit.cost - window.cost) / rest / max(window.variance, _TINY)
+                least = min(least, len(self.windows) * float(f.sf(ratio, rest, window.freedom)))
         return least
 
     def _parts(self, number: int) -> list[float]:
@@ -275,18 +286,10 @@ class Fitter:
             fits = [self.fit(point, part, steps) for point in self._different(more + some)]
             fits.sort(key=lambda fit: fit.cost)
             if part < 1.0 and fits[0].freedom >= _TELLING:
-                self.windows.append((fits[0].cost, fits[0].freedom))
+                self.windows.append((part, fits[0].point))
             # Without steps beside the best ones, which the next window may tell apart.
             points = [fit.point for fit in fits[kept:]]
             points += [point for fit in fits[:kept] for point in self._around(fit)]
-        # The order of impacts makes the sum of squares rugged: look around for a lower place.
-        idle = 0
-        while idle < _LOOKS:
-            before, fits = fits[0].cost, fits[:_LOOKS]
-            around = [self._scored(p, (1.0,))[0] for fit in fits for p in self._around(fit)]
-            fits += [self.fit(point, 1.0, _WHOLE) for point in self._best_of(around, _LOOKS)]
-            fits.sort(key=lambda fit: fit.cost)
-            idle = idle + 1 if fits[0].cost > before * (1.0 - 0.2 / self.count) else 0
         return fits[0]
 
     def _best_of(self, scored: list[tuple[float, np.ndarray]], count: int) -> list[np.ndarray]:
@@ -300,11 +303,10 @@ class Fitter:
     def _around(self, fit: Fit) -> Iterator[np.ndarray]:
         """A fit's point, and points that the data hardly tell from it."""
         yield fit.point
-        information = fit.jacobian.T @ fit.jacobian / max(fit.variance, _TINY)
-        values, rows = np.linalg.eigh(information + np.diag(self.widths**-2.0))
+        spread = self._spread(fit)
         for k in range(_DRAWS):
             drawn = np.array([self.generator.gauss(0.0, 3.0 ** (k % 3)) for _ in fit.point])
-            yield np.clip(fit.point + rows @ (drawn / np.sqrt(values)), *self.narrow)
+            yield np.clip(fit.point + spread @ drawn, *self.narrow)
 
     def start(self, k: int) -> np.ndarray:
         """The start with a number: the values that are given or found, then spread evenly."""
@@ -405,33 +407,100 @@ class Fitter:
                 return
             point = other.point
 
-    def reach(
-        self, fit: Fit, errors: float, others: Sequence[tuple[int, Fit]] = ()
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest values of the unknowns that are no further than some standard errors.
+    def likely(self, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+        """Points that the records leave possible, and the probability of each.
 
-        By the covariance; by the sums of squares of the profiles, which `others` are, with the
-        number of their unknown; and of all points that were tried, so that other minima count.
+        Of n data with white noise of unknown size, a point is as probable as its sum of squares to
+        the power -n/2, wherever it is in the allowed ranges. By adaptive multiple importance
+        sampling (Cornuet and others, Scandinavian Journal of Statistics 39, 798, 2012): a round is
+        drawn by the covariance, and each further one by kernels around the points before. The first
+        kernels are also around all that was tried, and flatten the probability, so that no minimum
+        is lost.
+        """
+        from scipy.stats import gaussian_kde, multivariate_t
+
+        if fit.variance <= _EXACT:
+            return fit.point[None], np.ones(1)
+        generator = np.random.default_rng(0)
+        free = [j for j in range(len(fit.point)) if j not in self.linear]
+        first = multivariate_t(shape=np.eye(len(free)), df=fit.freedom, seed=generator)
+        # Places are in standard errors along the axes of the covariance.
+        axes, sizes, _ = np.linalg.svd((self._spread(fit) / self.widths[:, None])[free])
+
+        def placed(places: np.ndarray) -> list[tuple[float, np.ndarray]]:
+            points = np.tile(fit.point, (len(places), 1))
+            points[:, free] += places * sizes @ axes.T * self.widths[free]
+            return self._placed(points)
+
+        def places() -> np.ndarray:
+            points = np.array([point for _, point in found])
+            return ((points - fit.point) / self.widths)[:, free] @ axes / sizes  # type: ignore[no-any-return]
+
+        def chances(heat: float) -> np.ndarray:
+            costs = np.array([cost for cost, _ in found])
+            logs = -0.5 * (fit.freedom + len(free)) / heat * np.log(costs) - np.log(density)
+            each = np.exp(logs - logs.max())
+            return each / each.sum()  # type: ignore[no-any-return]
+
+        drawn = placed(first.rvs(_DRAWN).reshape(_DRAWN, len(free)))
+        found = drawn + [one for one in self.tried if one[0] <= fit.cost + _FAR * fit.variance]
+        density, kernels = np.ones(len(found)), list[gaussian_kde]()
+        for heat in _HEATS:
+            kernels.append(gaussian_kde(places().T, weights=chances(heat)))
+            drawn += placed(kernels[-1].resample(_DRAWN, generator).T)
+            found = drawn
+            parts = [first.pdf(places()), *(kernel(places().T) for kernel in kernels)]
+            density = np.mean(parts, axis=0)
+            each = chances(1.0)
+            self.effective = 1.0 / float(each @ each)
+            if heat == 1.0 and self.effective >= _ENOUGH:
+                break
+        points = np.array([point for _, point in found])
+        some = fit.jacobian[:, self.linear]
+        noise = math.sqrt(fit.variance) * generator.standard_normal((len(points), len(some)))
+        points[:, self.linear] += noise @ np.linalg.pinv(some).T
+        return points, each
+
+    def other(self, fit: Fit) -> np.ndarray | None:
+        """The furthest point that one interval holds with the fit, if it is in another minimum.
+
+        It then is more than twice as far from the fit as the covariance allows.
+        """
+        free = [j for j in range(len(fit.point)) if j not in self.linear]
+        errors = np.sqrt(np.diag(fit.covariance))[free]
+        near = [point for cost, point in self.tried if cost <= fit.cost + _ALIKE * fit.variance]
+        off = [(abs(point - fit.point)[free] / errors).max() for point in near]
+        return near[int(np.argmax(off))] if max(off, default=0.0) > 2.0 * _ALIKE**0.5 else None
+
+    def _placed(self, points: np.ndarray) -> list[tuple[float, np.ndarray]]:
+        """Sum of squares and point of each, with the best constants; infinite out of range."""
+        inside = ((self.bounds[0] <= points) & (points <= self.bounds[1])).all(axis=1)
+        return [
+            self._scored(point, (1.0,))[0] if there else (math.inf, point)
+            for there, point in zip(inside.tolist(), points, strict=True)
+        ]
+
+    def _spread(self, fit: Fit) -> np.ndarray:
+        """Root of the covariance of the unknowns, which are somewhere in the range of starts."""
+        scaled = fit.jacobian * self.widths
+        information = scaled.T @ scaled / max(fit.variance, _TINY)
+        values, rows = np.linalg.eigh(information + np.eye(len(fit.point)))
+        return self.widths[:, None] * rows / np.sqrt(values)  # type: ignore[no-any-return]
+
+    def ends(
+        self, fit: Fit, errors: float, points: np.ndarray, chances: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest values of the unknowns in 95 % of what the records leave possible.
+
+        They are at least so many standard errors off: far out there are few draws.
         """
         span = errors * np.sqrt(np.diag(fit.covariance))
-        most = fit.cost + errors**2 * fit.variance
-        near = np.array([point for cost, point in self.tried if cost <= most] + [fit.point])
-        ends = []
-        for way, nearest in ((-1.0, near.min(0)), (1.0, near.max(0))):
-            end = way * np.maximum(way * nearest, way * fit.point + span)
-            for j in {j for j, _ in others}:
-                off = [(way * (f.point[j] - fit.point[j]), f.cost) for k, f in others if k == j]
-                beyond = sorted(one for one in off if one[0] > 0.0)
-                if not beyond:  # the bound of its range, or a lower place that the profile found
-                    continue
-                # The root of the rise is nearly straight.
-                steps, costs = np.transpose(beyond)
-                rises = np.maximum.accumulate(np.maximum(costs - fit.cost, 0.0))
-                roots = [0.0, *np.sqrt(rises / max(fit.variance, _TINY))]
-                far = fit.point[j] + way * np.interp(errors, roots, [0.0, *steps])
-                end[j] = way * max(way * end[j], way * far)
-            ends.append(end)
-        return np.maximum(ends[0], self.bounds[0]), np.minimum(ends[1], self.bounds[1])
+        order = np.argsort(points, axis=0)
+        sums = np.cumsum(chances[order], axis=0) - 0.5 * chances[order]
+        columns = zip(sums.T, np.take_along_axis(points, order, 0).T, strict=True)
+        ends = np.transpose([np.interp([_TAIL, 1.0 - _TAIL], *column) for column in columns])
+        low, high = np.minimum(ends[0], fit.point - span), np.maximum(ends[1], fit.point + span)
+        return np.maximum(low, self.bounds[0]), np.minimum(high, self.bounds[1])
 
 
 def _of_each(records: Sequence[Recording], values: np.ndarray) -> list[np.ndarray]:
