@@ -430,7 +430,11 @@ class Fitter:
         def placed(places: np.ndarray) -> list[tuple[float, np.ndarray]]:
             points = np.tile(fit.point, (len(places), 1))
             points[:, free] += places * sizes @ axes.T * self.widths[free]
-            return self._placed(points)
+            inside = [(point == np.clip(point, *self.bounds)).all() for point in points]
+            return [
+                self._scored(point, (1.0,))[0] if there else (math.inf, point)
+                for there, point in zip(inside, points, strict=True)
+            ]
 
         def places() -> np.ndarray:
             points = np.array([point for _, point in found])
@@ -471,14 +475,6 @@ class Fitter:
         near = [point for cost, point in self.tried if cost <= fit.cost + _ALIKE * fit.variance]
         off = [(abs(point - fit.point)[free] / errors).max() for point in near]
         return near[int(np.argmax(off))] if max(off, default=0.0) > 2.0 * _ALIKE**0.5 else None
-
-    def _placed(self, points: np.ndarray) -> list[tuple[float, np.ndarray]]:
-        """Sum of squares and point of each, with the best constants; infinite out of range."""
-        inside = ((self.bounds[0] <= points) & (points <= self.bounds[1])).all(axis=1)
-        return [
-            self._scored(point, (1.0,))[0] if there else (math.inf, point)
-            for there, point in zip(inside.tolist(), points, strict=True)
-        ]
 
     def _spread(self, fit: Fit) -> np.ndarray:
         """Root of the covariance of the unknowns, which are somewhere in the range of starts."""
