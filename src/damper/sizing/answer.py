@@ -44,6 +44,8 @@ _GAPS = (0.4, 2.5)
 _USUAL = 3
 #: Least width of the words of a card.
 _WIDTH = 46
+#: Slope that is nothing but roundoff.
+_NO_SLOPE = 1e-9
 #: Cycles of the machine in one run.
 _MOST_CYCLES = 1e6
 #: Room for the gap over the gap of the closed form.
@@ -614,7 +616,7 @@ def _answer(search: Search, damper: Sizes) -> Design:
         numbers |= _hardest(every)
     elif judge.machine.is_recorded:
         studies |= {"without": judge.without(), "history": judge.history(damper)}
-        numbers |= _record_numbers(every, cube, cube_of(studies["history"]), judge)
+        numbers |= _record_numbers(every, cube, judge, studies)
     else:
         frequency = float(every.frequency.iloc[every.value.argmax()])
         studies |= {"sweep": judge.sweep(damper), "motions": judge.motions(damper, frequency)}
@@ -752,18 +754,19 @@ def _decay_numbers(cube: xr.Dataset, envelope: xr.Dataset, m: Machine) -> dict[s
 
 
 def _record_numbers(
-    every: pd.DataFrame, cube: xr.Dataset, history: xr.Dataset, judge: WorstCase
+    every: pd.DataFrame, cube: xr.Dataset, judge: WorstCase, studies: dict[str, Any]
 ) -> dict[str, Any]:
-    m = judge.machine
+    m, history = judge.machine, cube_of(studies["history"])
     sizes = cube[m.measured[0]]
     over = _worst(sizes, "force_amplitude") / sizes.force_amplitude / _without(judge, [])[0]
     cube = cube.sel(force_amplitude=1.0)
-    names = {
-        "time": "trajectory_time",
-        "without": "trajectory_alone",
-        "as_built": "trajectory_displacement",
-    }
-    table = pd.DataFrame({name: history[variable].values for name, variable in names.items()})
+    table = pd.DataFrame(
+        {
+            "time": history.trajectory_time.values,
+            "without": _alone(judge, studies, history),
+            "as_built": history.trajectory_displacement.values,
+        }
+    )
     return {
         "response": table.dropna().reset_index(drop=True),
         "tolerances": _tolerances(cube[m.measured[0]], m),
@@ -847,13 +850,31 @@ def _history(
         return {}
     studies["history"] = judge.motion(damper, case, about)
     found = cube_of(studies["history"]).squeeze()
-    names = {"time": "time", "without": "alone", "with_damper": "displacement"}
-    table = {name: found[f"trajectory_{variable}"].values for name, variable in names.items()}
+    table = {
+        "time": found.trajectory_time.values,
+        "without": _alone(judge, studies, found),
+        "with_damper": found.trajectory_displacement.values,
+    }
     free = found.trajectory_free_displacement.values
     for k, one in enumerate(np.atleast_2d(free)):
         name = f"relative_{k}" if judge.count > 1 else "relative"
         table[name] = one - table["with_damper"]
     return {"history": pd.DataFrame(table).dropna(subset="time").reset_index(drop=True)}
+
+
+def _alone(judge: WorstCase, studies: dict[str, Any], history: xr.Dataset) -> np.ndarray:
+    """Displacement of the machine alone at the samples of a time history; NaN at its events.
+
+    Where the free mass rubs it is from a study of its own, which is added.
+    """
+    if "trajectory_alone" in history:
+        return history.trajectory_alone.values
+    studies["history_without"] = judge.apart(studies["history"])
+    alone = cube_of(studies["history_without"]).squeeze().trajectory_displacement.values
+    sampled = history.trajectory_event.isnull() & history.trajectory_time.notnull()
+    found = np.full(sampled.shape, np.nan)
+    found[sampled.values] = alone[: int(sampled.sum())]
+    return found
 
 
 def _motions(cube: xr.Dataset, m: Machine) -> pd.DataFrame:
@@ -934,7 +955,10 @@ def _changes(
         how = "by differences of runs from the same starts, which may jump"
     where = f" at {frequency:.4g} Hz" if frequency else ""
     rows = [
-        [f"{label_of(name)}, {100.0 * PART:g} %", f"{100.0 * PART * slope:+.2g} %"]
+        [
+            f"{label_of(name)}, {100.0 * PART:g} %",
+            f"{100.0 * PART * slope if abs(slope) > _NO_SLOPE else 0.0:+.2g} %",
+        ]
         for name, slope in slopes.items()
     ]
     return {

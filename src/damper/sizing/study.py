@@ -523,12 +523,24 @@ class WorstCase(Judge):
         sampled: dict[str, Any] = {"samples_per_period": _FINE, "events": 0} | self._bodies
         if about is not None:
             first = min(max(round(about) - _SHOWN // 2, 0), made["periods"] - _SHOWN)
-            sampled |= {"start": first, "length": _SHOWN, "events": 1000, "without_damper": True}
+            sampled |= {"start": first, "length": _SHOWN, "events": 1000} | self._beside
         at = {"at": {"forcing_frequency": case.hertz[-1]}} if made["axes"] else {}
         figures = {"history": {"kind": "trajectory", **at}}
         title = f"{self.machine.title}: time history of the worst run"
         observers = {"trajectory": sampled | at}
         return made | {"title": title, "observers": observers, "figures": figures}
+
+    @property
+    def _beside(self) -> dict[str, Any]:
+        """Setting of a time history that has the machine alone beside it; not where a mass rubs."""
+        return {} if "friction_coefficient" in self.machine.weight else {"without_damper": True}
+
+    def apart(self, study: Mapping[str, Any]) -> dict[str, Any]:
+        """The study of a time history with the machine alone: no walls, and nothing rubs."""
+        kept = {n: v for n, v in study["parameters"].items() if n not in self.machine.weight}
+        title = f"{study['title']}, without damper"
+        parameters = kept | {"gap": _NO_WALLS, "initial_position": 0.0}
+        return {**study, "title": title, "parameters": parameters}
 
     def check(self, damper: Sizes) -> dict[str, Any]:
         """The study of fresh random starts: another seed than the search's, and another rule."""
@@ -590,8 +602,8 @@ class WorstCase(Judge):
     def history(self, damper: Sizes) -> dict[str, Any]:
         """The study of the motion under a record of the damper as built, and without it."""
         samples = math.ceil(_SAMPLES * self.machine.rate / math.tau)
-        sampled = {"samples_per_period": samples, "events": 0, "without_damper": True}
-        sampled |= self._bodies
+        sampled: dict[str, Any] = {"samples_per_period": samples, "events": 0}
+        sampled |= self._beside | self._bodies
         fixed = self.fixed | self.sizes(damper)
         return self._study("time history", {}, fixed, {"trajectory": sampled})
 
