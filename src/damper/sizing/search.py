@@ -35,6 +35,8 @@ _FLIGHT = 0.5
 #: Parts of the best damper's mass of which a card says what they leave, and of the gap that the
 #: closed form's goes with them: in a band the best one is a little less.
 MASS_PARTS, _LIGHTER_GAPS = (1.0, 0.75, 0.5), (1.0, 0.95, 0.9)
+#: Those parts under weight.
+_WEIGHED_GAPS = (1.0, 0.84, 0.7, 0.5, 0.35, 0.25)
 #: Digits of masses and gaps: the best damper may stand next to where its motion ends.
 DIGITS = 4
 
@@ -171,13 +173,15 @@ class Search:
     def best_of_masses(self, found: Any) -> list[Any]:
         """The damper `found`, and the best damper of each of `MASS_PARTS`, of a few gaps each.
 
-        Their gaps are to that of the found one as those of the closed forms.
+        Their gaps are to that of the found one as those of the closed forms. Under weight those
+        say nothing: gaps down to a quarter are tried.
         """
         m, made = self.judge.machine, [found]
         of = self.judge.closed_form_gap(found.mass, found.restitution)
         for mass in (self._mass(part * found.mass) for part in MASS_PARTS[1:]):
             ratio = self.judge.closed_form_gap(mass, found.restitution) / of
-            gaps = [min(found.gap * part * ratio, m.largest_gap) for part in _LIGHTER_GAPS]
+            parts = [part * ratio for part in _LIGHTER_GAPS] if not m.weight else _WEIGHED_GAPS
+            gaps = [min(found.gap * part, m.largest_gap) for part in parts]
             some = self._dampers(found, [mass], gaps, [found.restitution])
             made += [self.best_of(some)] if some else []
         return made
