@@ -11,7 +11,7 @@ from damper import Parameters, State
 from damper.engine.model import read_segment
 from damper.engine.segment import IMPACT, RELEASE, RESTING, SLIP, STICKING, TAIL
 from damper.models import start_run
-from damper.models.several.bodies import MODE
+from damper.models.many import MODE
 from damper.parameters.dampers import BASIC
 from damper.verification.reference import exact_run
 

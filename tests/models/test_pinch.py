@@ -11,7 +11,8 @@ from event_pairs import KINDS
 from damper import Parameters, State, events
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
 from damper.models import start_run
-from damper.models.several.bodies import ACCUMULATION, CAUSE, GAP, LEFT, MODE, RATE, SIDE, WIDTH
+from damper.models.many import ACCUMULATION, CAUSE, GAP, MODE, RATE, SIDE
+from damper.models.several.bodies import LEFT, WIDTH
 from damper.models.several.log import segment_of_all
 from damper.models.several.motion import state_in
 from damper.models.several.pinch import close_pinch, share_of_pinch

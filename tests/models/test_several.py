@@ -14,7 +14,7 @@ from damper import Parameters, State, equal_masses, events, periodic_orbit
 from damper.engine.model import read_segment
 from damper.engine.segment import V_BEFORE, V
 from damper.models import start_run
-from damper.models.several.bodies import MODE
+from damper.models.many import MODE
 from damper.models.tangent import derivative
 from damper.observers.common.limits import mean_within
 from damper.study.config import ConfigError, load_study

@@ -13,8 +13,9 @@ from damper import Base, Parameters, SIParameters, State, events, simulate
 from damper.engine.model import read_segment
 from damper.engine.segment import IMPACT, RESTING, STICKING, TAIL
 from damper.models import start_run
+from damper.models.many import MODE
 from damper.models.response import integrate_segment, prepare_tables, stored_energy
-from damper.models.several.bodies import FOLLOWS, LEVEL, MODE, MOST, WALL, WIDTH
+from damper.models.several.bodies import FOLLOWS, LEVEL, MOST, WALL, WIDTH
 from damper.models.several.contacts import balance
 from damper.observers.common.laws import broken
 from damper.sweep.runs import run_points

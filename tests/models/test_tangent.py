@@ -31,10 +31,10 @@ from damper.engine.segment import (
 )
 from damper.engine.trajectory import Trajectory
 from damper.models import start_run
+from damper.models.many import CAUSE as CAUSE_OF_BODY
+from damper.models.many import MODE as MODE_OF_BODY
+from damper.models.many import SPEED
 from damper.models.sensitivity import follow_change, model_along, neighbours
-from damper.models.several.bodies import CAUSE as CAUSE_OF_BODY
-from damper.models.several.bodies import MODE as MODE_OF_BODY
-from damper.models.several.bodies import SPEED
 from damper.models.tangent import derivative
 from damper.parameters.named import value_of, with_values
 from damper.sweep.orbits.arcs import state_of, vector

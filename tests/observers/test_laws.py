@@ -27,10 +27,11 @@ from damper.engine.segment import (
     X,
 )
 from damper.models import start_run
-from damper.models.several.bodies import BODY, RATE
-from damper.models.several.bodies import GAP as GAP_OF_BODY
-from damper.models.several.bodies import MODE as MODE_OF_BODY
-from damper.models.several.bodies import SPEED as SPEED_OF_BODY
+from damper.models.many import GAP as GAP_OF_BODY
+from damper.models.many import MODE as MODE_OF_BODY
+from damper.models.many import RATE
+from damper.models.many import SPEED as SPEED_OF_BODY
+from damper.models.several.bodies import BODY
 from damper.observers.common.base import Window
 from damper.observers.common.laws import LAW_NAMES, broken, excess
 from damper.observers.laws import Laws

@@ -23,7 +23,7 @@ from damper.engine.quadrature import FEWEST, NODES, REACH, WEIGHTS, nodes_for
 from damper.engine.segment import CAUSE, DURATION, FLIGHT, IMPACT, PERIODS, TAIL, TIME
 from damper.engine.trajectory import Trajectory
 from damper.models.forces import drive_of
-from damper.models.structure.constants import MODE
+from damper.models.many import MODE
 from damper.observers.common.base import Window, part_within
 from damper.parameters.run import DEFAULTS
 from damper.parameters.structural import StructureParameters

@@ -16,20 +16,26 @@ from damper.engine.forcing import horizon
 from damper.engine.model import Step
 from damper.engine.search import GAVE_UP, HORIZON
 from damper.engine.segment import FLIGHT, NOTHING, STICK, STICKING, TAIL
-from damper.models.several.bodies import (
+from damper.engine.tuples import changed
+from damper.models.many import (
     ACCUMULATION,
-    ALONE,
-    ARRIVES,
     CAUSE,
-    CLEARANCE,
     FIRST,
     GAP,
     MODE,
+    RATE,
+    SIDE,
+    MassesSegment,
+    report_first,
+    with_bodies,
+)
+from damper.models.several.bodies import (
+    ALONE,
+    ARRIVES,
+    CLEARANCE,
     PLACE,
     PREVIOUS_STATE,
-    RATE,
     REPORTED,
-    SIDE,
     SLIP_DIRECTION,
     VELOCITY,
     WIDTH,
@@ -41,7 +47,7 @@ from damper.models.several.bodies import (
 )
 from damper.models.several.bodies import prepare as prepare
 from damper.models.several.contacts import clamp_slides, decide_contacts, hit, release
-from damper.models.several.log import report_first, segment_of_all
+from damper.models.several.log import segment_of_all
 from damper.models.several.motion import all_after, bounce_in
 from damper.models.several.pinch import close_pinch, is_pinched, turns_of
 from damper.models.several.tails import close, next_event
@@ -67,7 +73,7 @@ def _initial_segment(model, periods, time, x, v, y, u):
         bodies[k, CAUSE] = NOTHING
         bodies[k, PLACE], bodies[k, VELOCITY], bodies[k, ALONE] = place, speed, _KNOWN
     decide_contacts(model, segment_of_all(periods, time, x, v, bodies), STICKING)
-    return report_first(segment_of_all(periods, time, x, v, bodies), v, 0.0)
+    return report_first(model, segment_of_all(periods, time, x, v, bodies), 0.0)
 
 
 @declared.mass_ratio_at.of(Several)
@@ -94,8 +100,7 @@ def _following(model, segment, start):
     tail = -1
     for k in range(len(s.bodies)):
         if s.bodies[k, CAUSE] != NOTHING:
-            again = segment_of_all(s.periods, s.time, s.x, s.v, s.bodies.copy())
-            new = report_first(again, s.v_before, 0.0)
+            new = report_first(model, with_bodies(s, s.bodies.copy()), 0.0)
             new.bodies[:, PREVIOUS_STATE] = REPORTED
             return Step(0.0, True, False, 1, new, start)
         if s.bodies[k, MODE] == TAIL:
@@ -121,7 +126,7 @@ def _complete(model, s, start, tau):
     for k in range(len(bodies)):
         if s.bodies[k, MODE] == TAIL and bodies[k, MODE] == STICKING:
             bodies[k, CAUSE] = STICK
-    new = report_first(new, v, 0.0)
+    new = report_first(model, new, 0.0)
     return Step(tau, True, False, 1, new, begin_after(model, new, start.osc, start.load))
 
 
@@ -166,8 +171,11 @@ def _fly(model, s, start):
     for k in range(count):
         if bodies[k, CAUSE] != NOTHING:
             bodies[k, ALONE] = 0.0
-    new = report_first(here, v_before, loss)
+    new = report_first(model, _after(here, v_before), loss)
     return Step(last, new.cause != NOTHING, gave_up, steps, new, begun)
+
+
+_after = changed(MassesSegment, "v_before")
 
 
 # Deviations and sensitivities are parts of this model that need all of the above.

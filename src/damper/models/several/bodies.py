@@ -30,10 +30,16 @@ from damper.engine.oscillator import (
     oscillator,
 )
 from damper.engine.search import HORIZON, ROUNDOFF, point_at
-from damper.engine.segment import NOTHING, RESTING, STICKING, TAIL, Segment
+from damper.engine.segment import NOTHING, RESTING, TAIL, Segment
 from damper.engine.tuples import changed, made_of, reader, writer
 from damper.models.flights import Both, gap_of
 from damper.models.forces import drive_of
+from damper.models.many import (
+    LIFTS,
+    MODE,
+    MassesSegment,
+    is_on_wall,
+)
 from damper.models.masses import NoFriction, Rigid
 from damper.models.masses import prepare as prepare_one
 from damper.models.masses.holds import pushed_by
@@ -43,16 +49,14 @@ from damper.parameters import Parameters
 RATIO, CLEARANCE, GRAVITY, STIFFNESS, DAMPING, LEFT, RIGHT, YIELDS, EXPONENT, FRICTION = range(10)
 #: Further ones, for walls with a table: its number in `WallTables`, or -1.
 LEFT_TABLE, RIGHT_TABLE = range(10, 12)
-#: Columns of `SeveralSegment.bodies`, as the fields of a `Segment`, and more:
+#: Columns of `MassesSegment.bodies` beside the first ones. A speed here may also be minus that of a
+#: kick whose mass is back at its wall at once. An accumulation may also be minus the time left of a
+#: tail in which all speeds vanish.
 #:
-#: - cause: event not yet written to the log;
-#: - speed: approach speed of an impact at this instant; minus that of a kick whose mass is back at
-#:   its wall at once;
-#: - accumulation: minus the time left of a tail in which all speeds vanish, or `LIFTS`;
 #: - slip direction: sign of the mass's velocity less the primary's where the mass rubs, else 0;
 #: - previous state: slip direction before this instant, `JOINED`, or `REPORTED` in a further row of
 #:   the same instant.
-GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, ACCUMULATION, SLIP_DIRECTION, PREVIOUS_STATE = range(10)
+SLIP_DIRECTION, PREVIOUS_STATE = range(8, 10)
 #: Displacement and velocity of a mass in flight by itself, which have no digits of the primary's,
 #: and the time for which nothing has happened to it: 0 where they are not known.
 PLACE, VELOCITY, ALONE = range(10, 13)
@@ -66,9 +70,6 @@ BODY = 13
 ARRIVES, WALL, LEVEL, MOST, FOLLOWS = range(13, 18)
 WIDTH = 18
 JOINED, REPORTED = 2.0, 3.0
-#: In place of an accumulation: the body has left its wall without a jump of the force just now, so
-#: both accelerations are the same, exactly.
-LIFTS = -1.0
 #: Friction that does nothing.
 LEAST_FRICTION = 1e-300
 
@@ -100,7 +101,7 @@ class MassConstants(NamedTuple):
 
 
 class MassState(NamedTuple):
-    """State of a free mass, the first columns of `SeveralSegment.bodies`."""
+    """State of a free mass, the first columns of `MassesSegment.bodies`."""
 
     gap: float
     rate: float
@@ -150,37 +151,6 @@ class Several(NamedTuple):
         supported = np.any(self.masses[:, STIFFNESS] > 0.0)
         rubs = isinstance(self.friction, Frictions)
         return ("several", *["sliding"] * rubs, *["grounded"] * int(supported))
-
-
-class SeveralSegment(NamedTuple):
-    """A segment; the fields of `damper.engine.segment.Segment` are those of one body.
-
-    Of events at one instant each begins a segment of its own; all but the last of them have no
-    length.
-    """
-
-    periods: float
-    time: float
-    x: float
-    v: float
-    gap: float
-    gap_rate: float
-    side: float
-    mode: float
-    cause: float
-    speed: float
-    v_before: float
-    first_speed: float
-    accumulation: float
-    duration: float
-    y: float
-    u: float
-    body: float
-    """Number of the free mass that the other fields speak of, from 0."""
-    loss: float
-    """Energy lost in all impacts of this instant; the first of their segments has it."""
-    bodies: np.ndarray
-    """A row for each free mass."""
 
 
 class Load(NamedTuple):
@@ -570,12 +540,6 @@ def _gap_of_driven(own, view, segment, way, change, tau):
 
 
 @compiled
-def is_on_wall(mode: float) -> bool:
-    """Whether a free mass sticks to its wall, or will where its tail ends."""
-    return mode in (STICKING, TAIL)
-
-
-@compiled
 def is_joined(mode: float) -> bool:
     """Whether a free mass moves with the primary, or about the centre that the tail has."""
     return is_on_wall(mode) or mode == RESTING
@@ -592,13 +556,13 @@ def ways_in(bodies: np.ndarray) -> np.ndarray:
 
 
 @declared.begin.of(Several)
-def begin(model: Several, segment: SeveralSegment) -> Start:
+def begin(model: Several, segment: MassesSegment) -> Start:
     """Start of the motion in a segment, as `damper.engine.model.begin`."""
     return begin_after(model, segment, model.alone, Load(0.0, model.free.damping, 1.0, 0.0))
 
 
 @compiled
-def begin_after(model: Several, s: SeveralSegment, osc: Oscillator, load: Load) -> Start:
+def begin_after(model: Several, s: MassesSegment, osc: Oscillator, load: Load) -> Start:
     """As `begin`; the primary's oscillator is known for a load, which may be the same still."""
     before, load, carried = load, Load(0.0, model.free.damping, 1.0, 0.0), 0.0
     lifting, way = -1, 0.0

@@ -18,19 +18,12 @@ from damper.engine.segment import (
     STICKING,
     TAIL,
 )
+from damper.models.many import ACCUMULATION, CAUSE, GAP, MODE, RATE, SIDE, SPEED, MassesSegment
 from damper.models.several.bodies import (
-    ACCUMULATION,
-    CAUSE,
     FRICTION,
-    GAP,
-    MODE,
-    RATE,
     RATIO,
-    SIDE,
     SLIP_DIRECTION,
-    SPEED,
     Several,
-    SeveralSegment,
     Start,
     body_in,
     mass_at,
@@ -50,7 +43,7 @@ def is_brief(model: Several, speed: float) -> bool:
 
 
 @compiled
-def close_together(model: Several, s: SeveralSegment, start: Start) -> tuple[bool, float]:
+def close_together(model: Several, s: MassesSegment, start: Start) -> tuple[bool, float]:
     """Close what masses do with one another in no time, in place.
 
     Returned is whether they do so, and the change of the primary's velocity.

@@ -23,24 +23,26 @@ from damper.engine.segment import (
     STICKING,
 )
 from damper.models.flights import VANISHES
-from damper.models.several.bodies import (
+from damper.models.many import (
     ACCUMULATION,
     CAUSE,
     FIRST,
-    FOLLOWS,
     GAP,
-    LEVEL,
     LIFTS,
     MODE,
-    MOST,
     RATE,
-    RATIO,
     SIDE,
-    SLIP_DIRECTION,
     SPEED,
+    MassesSegment,
+)
+from damper.models.several.bodies import (
+    FOLLOWS,
+    LEVEL,
+    MOST,
+    RATIO,
+    SLIP_DIRECTION,
     WALL,
     Several,
-    SeveralSegment,
     body_in,
     friction_of,
     is_joined,
@@ -172,7 +174,7 @@ class Common(NamedTuple):
 
 
 @compiled
-def common_motion(model: Several, s: SeveralSegment) -> Common:
+def common_motion(model: Several, s: MassesSegment) -> Common:
     """Balance the forces of an instant on the masses that have a wall or a largest friction.
 
     Other masses fly, or slide their way. The column `LEVEL` becomes the acceleration of a mass that
@@ -192,7 +194,7 @@ def common_motion(model: Several, s: SeveralSegment) -> Common:
 
 
 @compiled
-def decide_contacts(model: Several, s: SeveralSegment, mode: float) -> None:
+def decide_contacts(model: Several, s: MassesSegment, mode: float) -> None:
     """Let masses with no relative velocity rest, or part from the primary; in place.
 
     Masses newly at rest on a wall get `mode`. A mass that has been at rest stays, unless the forces
@@ -292,7 +294,7 @@ def clamp_slides(bodies: np.ndarray) -> None:
 
 
 @compiled
-def release(model: Several, s: SeveralSegment, k: int, side: float) -> None:
+def release(model: Several, s: MassesSegment, k: int, side: float) -> None:
     """Let a mass that nothing holds any longer part from the primary, or stop; in place.
 
     All masses under the same acceleration part, or stop, together. `side` is that of the search.

@@ -10,16 +10,12 @@ from damper.engine.search import ROUNDOFF
 from damper.engine.segment import IMPACT, NOTHING, RESTING
 from damper.models import laws as declared
 from damper.models.laws import Begun, ObservedMass
+from damper.models.many import CAUSE, GAP, MODE, RATE, SIDE
 from damper.models.several.bodies import (
-    CAUSE,
     CLEARANCE,
     DAMPING,
-    GAP,
     GRAVITY,
-    MODE,
-    RATE,
     RATIO,
-    SIDE,
     STIFFNESS,
     Several,
     begin,

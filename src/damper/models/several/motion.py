@@ -11,26 +11,19 @@ from damper.engine.search import HORIZON, ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, RESTING, STICKING, TAIL, clock_after
 from damper.engine.tuples import changed
 from damper.models.flights import Bounce, bounce_at, bounce_from
+from damper.models.many import ACCUMULATION, CAUSE, GAP, MODE, RATE, SIDE, SPEED, MassesSegment
 from damper.models.several.bodies import (
-    ACCUMULATION,
     ALONE,
     ARRIVES,
-    CAUSE,
     CLEARANCE,
-    GAP,
     JOINED,
-    MODE,
     PLACE,
     PREVIOUS_STATE,
-    RATE,
     RATIO,
-    SIDE,
     SLIP_DIRECTION,
-    SPEED,
     VELOCITY,
     MassState,
     Several,
-    SeveralSegment,
     Start,
     begin,
     body_in,
@@ -76,7 +69,7 @@ def primary_after(start: Start, tau: float) -> tuple[float, float, float, float]
 
 @compiled
 def all_after(
-    model: Several, s: SeveralSegment, start: Start, tau: float, first: int, wall: float
+    model: Several, s: MassesSegment, start: Start, tau: float, first: int, wall: float
 ) -> tuple[float, float, float, float, np.ndarray]:
     """Where all are after a time: clock, state of the primary, bodies.
 
@@ -129,7 +122,7 @@ _later = changed(
 
 
 @declared.state_in.of(Several)
-def state_in(model: Several, segment: SeveralSegment, tau: float) -> tuple:
+def state_in(model: Several, segment: MassesSegment, tau: float) -> tuple:
     """As `damper.engine.model.state_in`, with arrays of the free masses' states."""
     x, v, bodies = bodies_in(model, segment, tau)
     count = len(bodies)
@@ -144,7 +137,7 @@ def state_in(model: Several, segment: SeveralSegment, tau: float) -> tuple:
 
 
 @compiled
-def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, float, np.ndarray]:
+def bodies_in(model: Several, s: MassesSegment, tau: float) -> tuple[float, float, np.ndarray]:
     """State of the primary and of all bodies a time `tau` after a segment's start."""
     start = begin(model, s)
     _, _, x, v, bodies = all_after(model, s, start, tau, -1, 0.0)
@@ -178,7 +171,7 @@ def bodies_in(model: Several, s: SeveralSegment, tau: float) -> tuple[float, flo
 
 
 @compiled
-def bounce_in(model: Several, s: SeveralSegment, k: int) -> Bounce:
+def bounce_in(model: Several, s: MassesSegment, k: int) -> Bounce:
     """How a body bounces in a tail: as in the flight that has begun there."""
     m = mass_at(model, k)
     if m.friction == 0.0:

@@ -20,14 +20,10 @@ import numpy as np
 from damper.engine.compiled import compiled
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
+from damper.models.many import ACCUMULATION, GAP, MODE, RATE, SIDE
 from damper.models.several.bodies import (
-    ACCUMULATION,
     CLEARANCE,
-    GAP,
-    MODE,
-    RATE,
     RATIO,
-    SIDE,
     YIELDS,
     Several,
     Start,

@@ -17,6 +17,7 @@ from damper.engine.segment import FLIGHT, TAIL
 from damper.models import extremes
 from damper.models import response as declared
 from damper.models.flights import Bounce, gap_of
+from damper.models.many import ACCUMULATION, GAP, MODE, RATE, SIDE
 from damper.models.several import bodies as several
 from damper.models.several.motion import bodies_in, bounce_in, primary_after, state_in
 from damper.models.several.pinch import is_pinched, lost_in_pinch, share_of_pinch
@@ -51,7 +52,7 @@ def _own_share(model, segment):
         return share_of_pinch(model, segment.bodies, body)
     ratio, _, _ = _bouncing(model, segment)
     b = segment.bodies[body]
-    bounces = b[several.MODE] == TAIL and b[several.RATE] > 0.0
+    bounces = b[MODE] == TAIL and b[RATE] > 0.0
     return float(model.masses[body, several.RATIO]) / ratio if bounces else 0.0
 
 
@@ -80,8 +81,8 @@ def _stored_energy(model, segment, tau):
         energy -= 2.0 * model.free.damping * v * share * gap
         for k in range(len(y)):
             b = segment.bodies[k]
-            if several.is_joined(b[several.MODE]):
-                carried = share - (side if b[several.MODE] == TAIL else 0.0)
+            if several.is_joined(b[MODE]):
+                carried = share - (side if b[MODE] == TAIL else 0.0)
                 energy -= 2.0 * _support_damping(model, k) * v * carried * gap
     return energy
 
@@ -108,9 +109,9 @@ def _bouncing(model, segment):
         return ratio, side, number
     for k in range(len(segment.bodies)):
         b = segment.bodies[k]
-        if b[several.MODE] == TAIL and b[several.RATE] > 0.0:
+        if b[MODE] == TAIL and b[RATE] > 0.0:
             ratio += float(model.masses[k, several.RATIO])
-            side, number = float(b[several.SIDE]), k
+            side, number = float(b[SIDE]), k
     return ratio, side, number
 
 
@@ -118,7 +119,7 @@ def _bouncing(model, segment):
 def _gap_of_tail(model, segment, tau):
     _, _, number = _bouncing(model, segment)
     _, _, bodies = bodies_in(model, segment, tau)
-    return float(bodies[number, 0])
+    return float(bodies[number, GAP])
 
 
 @compiled
@@ -127,10 +128,10 @@ def _rubbed_in(model, segment, start, low, high, carried):
     lost = 0.0
     for k in range(len(segment.bodies)):
         b = segment.bodies[k]
-        if b[several.MODE] == FLIGHT and b[several.SLIP_DIRECTION] != 0.0:
+        if b[MODE] == FLIGHT and b[several.SLIP_DIRECTION] != 0.0:
             # A slide goes one way.
             moved = _moved(model.mass, model, segment, start, k, low, high)
-            slid = abs(moved + float(b[several.SIDE]) * carried)
+            slid = abs(moved + float(b[SIDE]) * carried)
             lost += float(model.masses[k, several.RATIO]) * several.friction_of(model, k) * slid
     return lost
 
@@ -146,11 +147,11 @@ def _ballistic_moved(mass, model, s, start, k, low, high):
     b = s.bodies[k]
     _, _, before, _ = primary_after(start, low)
     _, _, after, _ = primary_after(start, high)
-    rate = float(b[several.RATE]) + float(b[several.SIDE]) * (start.primary.v - s.v)
+    rate = float(b[RATE]) + float(b[SIDE]) * (start.primary.v - s.v)
     m, way = several.mass_at(model, k), float(b[several.SLIP_DIRECTION])
     a = several.flying(model.single, m, way).acceleration
     fallen = 0.5 * a * (high - low) * (high + low)
-    return rate * (high - low) + float(b[several.SIDE]) * ((after - before) - fallen)
+    return rate * (high - low) + float(b[SIDE]) * ((after - before) - fallen)
 
 
 @_moved.of(Oscillator)
@@ -186,7 +187,7 @@ def _lost_by_joined(model, s, start, square, share, side, low, high):
             carried += sign * 2.0 * v * _gap_of_tail(model, s, tau)
     lost = 0.0
     for k in range(len(s.bodies)):
-        mode = s.bodies[k, several.MODE]
+        mode = s.bodies[k, MODE]
         if several.is_joined(mode):
             part = share - (side if mode == TAIL else 0.0)
             lost += 2.0 * _support_damping(model, k) * (square + part * carried)
@@ -209,7 +210,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
     rubbed = _rubbed_in(model, s, start, low, high, carried)
     support = _lost_by_joined(model, s, start, found.speed_square, share, side, low, high)
     for k in range(len(s.bodies)):
-        if not several.is_joined(s.bodies[k, several.MODE]):
+        if not several.is_joined(s.bodies[k, MODE]):
             own = float(model.masses[k, several.RATIO]) * (1.0 + start.joined)
             m, b = several.mass_at(model, k), several.body_in(s.bodies, k)
             seg = several.segment_of(b, start)
@@ -237,8 +238,8 @@ def _integrate_segment(model, tables, segment, low, high, peak):
             apart * force1,
             share,
             several.restitution_of(several.mass_at(model, number), side),
-            float(s.bodies[number, several.RATE]),
-            float(s.bodies[number, several.ACCUMULATION]),
+            float(s.bodies[number, RATE]),
+            float(s.bodies[number, ACCUMULATION]),
         )
         if smooth:
             found = declared.with_bounces(found, tail, low, high, peak)

@@ -10,22 +10,17 @@ from damper.engine.compiled import compiled
 from damper.engine.forcing import phase_at
 from damper.engine.oscillator import increments, motion_from
 from damper.models import sensitivity
+from damper.models.many import GAP, MODE, RATE, SIDE, SPEED, is_on_wall
 from damper.models.several.bodies import (
     CLEARANCE,
-    GAP,
     JOINED,
-    MODE,
     PREVIOUS_STATE,
-    RATE,
     RATIO,
-    SIDE,
     SLIP_DIRECTION,
-    SPEED,
     Several,
     begin,
     flying,
     is_joined,
-    is_on_wall,
     load_in,
     mass_at,
     primary_with,

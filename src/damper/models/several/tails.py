@@ -23,24 +23,17 @@ from damper.engine.segment import (
 from damper.engine.tuples import changed
 from damper.models import walls
 from damper.models.flights import completes, completes_rubbing, first_wall, gap_of
+from damper.models.many import ACCUMULATION, CAUSE, GAP, MODE, RATE, SIDE, SPEED, MassesSegment
 from damper.models.masses import NoFriction, Rigid
 from damper.models.masses.holds import Hold, first_stop, hold_at_start
 from damper.models.several.bodies import (
-    ACCUMULATION,
-    CAUSE,
     CLEARANCE,
-    GAP,
-    MODE,
-    RATE,
     RATIO,
-    SIDE,
     SLIP_DIRECTION,
-    SPEED,
     Frictions,
     MassConstants,
     MassState,
     Several,
-    SeveralSegment,
     Start,
     begin,
     begin_after,
@@ -163,7 +156,7 @@ class ChatterSequence(NamedTuple):
 
 
 @compiled
-def close(model: Several, s: SeveralSegment, start: Start) -> tuple[float, bool]:
+def close(model: Several, s: MassesSegment, start: Start) -> tuple[float, bool]:
     """Close the chatter sequences that complete before anything else happens; in place.
 
     A sequence that has less than the tolerance left is at its end whatever other masses do: where
@@ -228,7 +221,7 @@ def _is_closed(model, s, start, k, chatter):
 
 
 @compiled
-def merge_at_rest(model: Several, s: SeveralSegment) -> float:
+def merge_at_rest(model: Several, s: MassesSegment) -> float:
     """Let all rest at once that have nothing left, in place; the change of the primary's velocity.
 
     A kick takes speed from the masses that have just kicked others off their wall. Later kicks
@@ -263,7 +256,7 @@ def merge_at_rest(model: Several, s: SeveralSegment) -> float:
 
 
 @compiled
-def is_negligible(model: Several, s: SeveralSegment, start: Start, k: int, change: float) -> bool:
+def is_negligible(model: Several, s: MassesSegment, start: Start, k: int, change: float) -> bool:
     """Whether a mass to which something has happened on a wall bounces there for no time.
 
     `change` is the change of the primary's velocity by other masses that come to rest.

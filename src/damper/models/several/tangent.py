@@ -25,34 +25,36 @@ from damper.engine.model import read_segment
 from damper.engine.oscillator import motion_from
 from damper.engine.segment import COLUMNS, FLIGHT, IMPACT, NOTHING, RESTING, STICKING, TAIL
 from damper.models import tangent
-from damper.models.several.bodies import (
+from damper.models.many import (
     ACCUMULATION,
     CAUSE,
+    GAP,
+    MODE,
+    RATE,
+    SIDE,
+    SPEED,
+    MassesSegment,
+    is_on_wall,
+)
+from damper.models.several.bodies import (
     CLEARANCE,
     DAMPING,
     FOLLOWS,
     FRICTION,
-    GAP,
     JOINED,
     LEVEL,
-    MODE,
     MOST,
     PREVIOUS_STATE,
-    RATE,
     RATIO,
     REPORTED,
-    SIDE,
     SLIP_DIRECTION,
-    SPEED,
     STIFFNESS,
     WALL,
     Several,
-    SeveralSegment,
     begin,
     body_in,
     flying,
     is_joined,
-    is_on_wall,
     law_of,
     load_in,
     mass_at,
@@ -171,7 +173,7 @@ def _enter(model, s, deviations, happened):
 
 
 @compiled
-def begins_impacts(model: Several, s: SeveralSegment) -> bool:
+def begins_impacts(model: Several, s: MassesSegment) -> bool:
     """Whether a segment is the first of those that impacts of one instant begin."""
     return s.cause == IMPACT and s.bodies[0, PREVIOUS_STATE] != REPORTED
 
@@ -187,7 +189,7 @@ def offsets_in(model: Several, bodies: np.ndarray) -> np.ndarray:
 
 @compiled
 def accelerations(
-    model: Several, s: SeveralSegment, v: float, ways: np.ndarray
+    model: Several, s: MassesSegment, v: float, ways: np.ndarray
 ) -> tuple[float, np.ndarray]:
     """Accelerations of the primary and of each mass, as for `ways_in`, at a segment's start."""
     osc = primary_with(model, load_in(model, ways, offsets_in(model, s.bodies)))
@@ -202,7 +204,7 @@ def accelerations(
 
 
 @compiled
-def join(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
+def join(model: Several, s: MassesSegment, deviations: np.ndarray) -> None:
     """Let deviated masses that have joined follow their centre; off the walls their places stay."""
     for c in range(deviations.shape[1]):
         heavier, on_walls, x, v = 1.0, 1.0, deviations[0, c], deviations[1, c]
@@ -235,7 +237,7 @@ def _ends_at_once(bodies):
 
 
 @compiled
-def join_at_once(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
+def join_at_once(model: Several, s: MassesSegment, deviations: np.ndarray) -> None:
     """Let deviated masses that pinch the primary follow their centre, until some part from it."""
     bodies, j = s.bodies.copy(), 0
     for k in range(len(bodies)):
@@ -274,7 +276,7 @@ def _change_course(model, s, v, before, after, late, deviations):
 
 
 @compiled
-def stop(model: Several, s: SeveralSegment, deviations: np.ndarray) -> bool:
+def stop(model: Several, s: MassesSegment, deviations: np.ndarray) -> bool:
     """Take deviations over slides that stop, up to where masses rest; whether there are any.
 
     Where those rest and nothing else changes it does not matter when: their centre goes on.
@@ -311,7 +313,7 @@ def stop(model: Several, s: SeveralSegment, deviations: np.ndarray) -> bool:
 
 
 @compiled
-def impulses(model: Several, s: SeveralSegment) -> tuple[Any, Any, Any]:
+def impulses(model: Several, s: MassesSegment) -> tuple[Any, Any, Any]:
     """The contacts of an instant with impacts: walls (0 for none), levels, and who pushes.
 
     As `balance` has them. Walls of masses at rest on them before are there, with a level of 0.
@@ -352,7 +354,7 @@ def _turned_by(model, b, k):
 
 
 @compiled
-def strike(model: Several, s: SeveralSegment, deviations: np.ndarray) -> None:
+def strike(model: Several, s: MassesSegment, deviations: np.ndarray) -> None:
     """Take deviations over the impacts of an instant, up to where masses join."""
     count = len(s.bodies)
     ratios, bodies = model.masses[:, RATIO], s.bodies

@@ -15,18 +15,23 @@ from damper.engine.lending import lent
 from damper.engine.model import Step
 from damper.engine.search import GAVE_UP, HORIZON
 from damper.engine.segment import FLIGHT, NOTHING, RELEASE, STICK, STICKING, TAIL
-from damper.models.structure.constants import (
+from damper.models.many import (
     ACCUMULATION,
-    ARRIVES,
-    BEFORE,
     CAUSE,
-    DISPLACEMENT,
     FIRST,
     GAP,
+    LIFTS,
     MODE,
-    PREVIOUS,
     RATE,
     SIDE,
+    report_first,
+    with_bodies,
+)
+from damper.models.structure.constants import (
+    ARRIVES,
+    BEFORE,
+    DISPLACEMENT,
+    PREVIOUS,
     VELOCITY,
     WEIGHTS,
     WIDTH,
@@ -38,9 +43,9 @@ from damper.models.structure.constants import (
     size_of,
 )
 from damper.models.structure.contacts import decide_contacts, hit
-from damper.models.structure.courses import LIFTS, course_of, next_event, point_here
+from damper.models.structure.courses import course_of, next_event, point_here
 from damper.models.structure.flow import ModalStart, begin, begin_after
-from damper.models.structure.log import report_first, segment_of_all
+from damper.models.structure.log import segment_of_all
 from damper.models.structure.motion import all_after
 from damper.models.structure.prepare import prepare as prepare
 from damper.models.structure.tails import close
@@ -105,7 +110,7 @@ def _following(model, segment, start):
     count, tail = len(s.bodies), len(s.bodies)
     for k in range(count):
         if s.bodies[k, CAUSE] != NOTHING:
-            again = segment_of_all(s.periods, s.time, segment.modes, s.bodies.copy())
+            again = with_bodies(segment, s.bodies.copy())
             return Step(0.0, True, False, 1, report_first(m, again, 0.0), start)
         if s.bodies[k, MODE] == TAIL:
             tail = k

@@ -4,15 +4,9 @@ import numpy as np
 
 from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.segment import FLIGHT
+from damper.models.many import GAP, MODE, RATE, SIDE
 from damper.models.several.contacts import negligible
-from damper.models.structure.constants import (
-    ARRIVES,
-    GAP,
-    MODE,
-    RATE,
-    SIDE,
-    OnStructure,
-)
+from damper.models.structure.constants import ARRIVES, OnStructure
 from damper.models.structure.contacts import rebound
 
 #: Part of the first speed that counts as rest, and impacts after which half of it will do.

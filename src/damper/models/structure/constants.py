@@ -12,17 +12,18 @@ from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.forcing.none import ZeroForce
 from damper.engine.oscillator import Oscillator, oscillator
 from damper.engine.tuples import reader
+from damper.models.many import MassesSegment
 from damper.models.several.bodies import law_in
 
-#: Columns of `StructureSegment.bodies`, those of the log: as `damper.models.several.bodies`. The
-#: last one is the mode before what happens.
-GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, ACCUMULATION, PREVIOUS = range(9)
+#: Column of `MassesSegment.bodies` beside the first ones, the last of the log: the mode before what
+#: happens.
+PREVIOUS = 8
 BODY = 9
 #: Further columns, which the log does not have: by how much faster the gap grows where masses in a
 #: tail are taken for stuck, the wall at which a mass arrives, or 0, and the impulse in its gap.
 JUMP, ARRIVES, IMPULSE = 9, 10, 11
 WIDTH = 12
-#: Rows of `StructureSegment.modes`: displacements, velocities, and those before what happens.
+#: Rows of `MassesSegment.modes`: displacements, velocities, and those before what happens.
 DISPLACEMENT, VELOCITY, BEFORE = range(3)
 
 
@@ -110,39 +111,6 @@ class OnStructure(NamedTuple):
         return ("structure", "several") if self.number > 1 else ("structure",)
 
 
-class StructureSegment(NamedTuple):
-    """A segment; the fields of `damper.engine.segment.Segment` are those of one free mass.
-
-    `x` and `v` are of its box. Of events at one instant each begins a segment of its own; all but
-    the last of them have no length.
-    """
-
-    periods: float
-    time: float
-    x: float
-    v: float
-    gap: float
-    gap_rate: float
-    side: float
-    mode: float
-    cause: float
-    speed: float
-    v_before: float
-    first_speed: float
-    accumulation: float
-    duration: float
-    y: float
-    u: float
-    body: float
-    """Number of the free mass that the other fields speak of, from 0."""
-    loss: float
-    """Energy lost in all impacts of this instant; the first of their segments has it."""
-    modes: np.ndarray
-    """(3, n) the structure."""
-    bodies: np.ndarray
-    """A row for each free mass."""
-
-
 @compiled
 def size_in(table: np.ndarray) -> int:
     """How many modes a system has."""
@@ -156,7 +124,7 @@ def size_of(model: OnStructure) -> int:
 
 
 @compiled
-def box_at(model: OnStructure, s: StructureSegment, order: int, k: int) -> float:
+def box_at(model: OnStructure, s: MassesSegment, order: int, k: int) -> float:
     """Displacement, velocity or velocity before the event of a mass's box, by `order`."""
     found = 0.0
     for i in range(size_of(model)):

@@ -8,24 +8,26 @@ from damper.engine.impact import restitution_at
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, NOTHING, RELEASE, STICK, STICKING
 from damper.models.flights import VANISHES
-from damper.models.structure.constants import (
+from damper.models.many import (
     ACCUMULATION,
-    ARRIVES,
     CAUSE,
-    DISPLACEMENT,
     FIRST,
     GAP,
-    IMPULSE,
     MODE,
-    PUSH,
     RATE,
     SIDE,
     SPEED,
+    MassesSegment,
+)
+from damper.models.structure.constants import (
+    ARRIVES,
+    DISPLACEMENT,
+    IMPULSE,
+    PUSH,
     STIFFNESS,
     VELOCITY,
     WEIGHTS,
     OnStructure,
-    StructureSegment,
     first_row,
     law_of,
     mass_in,
@@ -36,7 +38,7 @@ from damper.models.structure.linear import complementary, times
 
 
 @compiled
-def hit(model: OnStructure, s: StructureSegment) -> float:
+def hit(model: OnStructure, s: MassesSegment) -> float:
     """Impacts of one instant, in place; the energy lost."""
     loss, bodies = rebound(model, s.bodies), s.bodies
     for k in range(len(bodies)):
@@ -181,7 +183,7 @@ def _touches(bodies, k):
 
 
 @compiled
-def decide_contacts(model: OnStructure, s: StructureSegment, mode: float) -> None:
+def decide_contacts(model: OnStructure, s: MassesSegment, mode: float) -> None:
     """Let masses that touch a wall with no relative velocity stay or leave, in place.
 
     A mass that comes to rest gets `mode`. A mass that has stuck stays, unless the force that
@@ -222,7 +224,7 @@ def _decide(model, s, mode):
 
 
 @compiled_apart
-def settle(model: OnStructure, s: StructureSegment, impulses: np.ndarray) -> None:
+def settle(model: OnStructure, s: MassesSegment, impulses: np.ndarray) -> None:
     """Apply impulses in the gaps, in place."""
     for k in range(len(impulses)):
         s.bodies[k, IMPULSE] = impulses[k]

@@ -22,19 +22,15 @@ from damper.engine.search import (
     shorter_step,
 )
 from damper.engine.tuples import changed
+from damper.models.many import ACCUMULATION, GAP, LIFTS, MODE, RATE, SIDE, is_on_wall
 from damper.models.several.tails import is_balanced
 from damper.models.structure.constants import (
-    ACCUMULATION,
     COUPLED,
     FALLS,
-    GAP,
     HEAD,
     JUMP,
-    MODE,
     PULL,
     PUSH,
-    RATE,
-    SIDE,
     STIFFNESS,
     SYSTEM_COUPLING,
     SYSTEM_RATE,
@@ -44,13 +40,7 @@ from damper.models.structure.constants import (
     mass_in,
     size_in,
 )
-from damper.models.structure.flow import (
-    ModalStart,
-    increments_after,
-    is_on_wall,
-    mode_of,
-    motion_of,
-)
+from damper.models.structure.flow import ModalStart, increments_after, mode_of, motion_of
 from damper.models.structure.steps import (
     CHANGE,
     WAY,
@@ -59,11 +49,6 @@ from damper.models.structure.steps import (
     X,
     next_rate,
 )
-
-#: In place of an accumulation: the mass has left its wall without a jump of the force just now, so
-#: its gap has no second derivative, exactly.
-LIFTS = -1.0
-
 
 #: Factor of a step that cannot be proved, and how often it is applied at most.
 _CUT, _MOST_CUTS = 0.75, 40

@@ -16,7 +16,8 @@ from damper.engine.forcing.weighed import WeighedForce
 from damper.engine.lending import lent
 from damper.engine.oscillator import Motion, Oscillator, arrive, motion_from, moved
 from damper.engine.search import HORIZON
-from damper.engine.segment import STICKING, TAIL
+from damper.engine.segment import TAIL
+from damper.models.many import GAP, MODE, RATE, SIDE, MassesSegment, is_on_wall
 from damper.models.structure.constants import (
     COUPLED,
     COUPLING,
@@ -24,16 +25,12 @@ from damper.models.structure.constants import (
     DISPLACEMENT,
     FAST,
     FASTEST,
-    GAP,
     HEAD,
     JUMP,
-    MODE,
     PLAIN,
     PULL,
     PUSH,
-    RATE,
     REGIME,
-    SIDE,
     SLOW,
     SPLIT,
     STICKS,
@@ -41,7 +38,6 @@ from damper.models.structure.constants import (
     VELOCITY,
     WEIGHTS,
     OnStructure,
-    StructureSegment,
     first_row,
     mass_in,
     size_in,
@@ -83,12 +79,6 @@ class ModalStart(NamedTuple):
     """Of the force."""
 
 
-@compiled
-def is_on_wall(mode: float) -> bool:
-    """Whether a free mass sticks to its wall, or will where its tail ends."""
-    return mode in (STICKING, TAIL)
-
-
 @compiled_apart
 def stuck_in(bodies: np.ndarray) -> np.ndarray:
     """Whether each free mass moves with its box."""
@@ -99,7 +89,7 @@ def stuck_in(bodies: np.ndarray) -> np.ndarray:
 
 
 @compiled_apart
-def begin(model: OnStructure, s: StructureSegment, most: int) -> ModalStart:
+def begin(model: OnStructure, s: MassesSegment, most: int) -> ModalStart:
     """Start of a run that may keep so many systems, at least two."""
     rows, columns, size = shape_of_tables(model)
     slots = min(1 << len(model.masses), most, _MOST_KEPT)
@@ -114,7 +104,7 @@ def begin(model: OnStructure, s: StructureSegment, most: int) -> ModalStart:
 
 
 @compiled
-def begin_after(model: OnStructure, s: StructureSegment, before: ModalStart) -> ModalStart:
+def begin_after(model: OnStructure, s: MassesSegment, before: ModalStart) -> ModalStart:
     """Start of the motion in a segment of a run, with the systems kept so far."""
     bodies, tail = s.bodies, False
     for k in range(len(bodies)):

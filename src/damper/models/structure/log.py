@@ -6,56 +6,43 @@ from damper.engine import model as declared
 from damper.engine import segment as columns
 from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import is_odd
-from damper.engine.segment import (
-    COLUMNS,
-    FLIGHT,
-    NOTHING,
-    segment_at,
-    write_segment,
-)
-from damper.engine.tuples import changed, made_of
+from damper.engine.segment import COLUMNS, FLIGHT, NOTHING
+from damper.engine.tuples import made_of
 from damper.models.flights import has_mirror
-from damper.models.several.log import OF_BODY, first_to_tell
+from damper.models.many import (
+    MassesSegment,
+    box_of,
+    have_many,
+    log_of_mass,
+    read_modes,
+    widths_of,
+    write_modes,
+)
 from damper.models.structure.constants import (
-    ACCUMULATION,
     BEFORE,
     BODY,
-    CAUSE,
     DISPLACEMENT,
-    FIRST,
-    GAP,
-    MODE,
-    RATE,
-    SIDE,
-    SPEED,
     VELOCITY,
     WEIGHTS,
     WIDTH,
     OnStructure,
-    StructureSegment,
     box_at,
     mass_in,
     size_of,
 )
 
-_of_mass = changed(
-    StructureSegment,
-    *("x", "v", "gap", "gap_rate", "side", "mode", "cause", "speed", "v_before", "first_speed"),
-    *("accumulation", "body", "loss"),
-)
-_of_all = made_of(StructureSegment, "periods", "time", "mode", "cause", "modes", "bodies")
-_read = changed(StructureSegment, "body", "loss", "modes", "bodies")
+have_many(OnStructure)
 
 
-@declared.columns_of.register(OnStructure)
-def _columns_of(model):
-    return COLUMNS + 2 + 3 * size_of(model) + BODY * len(model.masses)
+@widths_of.of(OnStructure)
+def _widths_of(model):
+    return size_of(model), BODY, WIDTH
 
 
-@declared.masses_in.register(OnStructure)
-def _masses_in(model, state):
-    y, u = state.of_each(len(model.masses))
-    return np.array(y), np.array(u)
+@box_of.of(OnStructure)
+def _box_of(model, s, k):
+    at = box_at(model, s, DISPLACEMENT, k), box_at(model, s, VELOCITY, k)
+    return at[0], at[1], box_at(model, s, BEFORE, k)
 
 
 @declared.primary_in.register(OnStructure)
@@ -64,11 +51,6 @@ def _primary_in(model, state):
     at_rest = not (isinstance(state.x, tuple) or state.x or state.v)
     x, v = ([0.0] * count, [0.0] * count) if at_rest else state.of_coordinates(count)
     return np.array(x), np.array(v)
-
-
-@declared.count_masses.register(OnStructure)
-def _count_masses(model):
-    return len(model.masses)
 
 
 @declared.view_of_mass.register(OnStructure)
@@ -86,78 +68,38 @@ def _has_mirror(model):
 
 @declared.log_of_mass.register(OnStructure)
 def _log_of_mass(model, log, body):
-    made, others, n = log.copy(), log[:, COLUMNS] != body, size_of(model)
-    first = COLUMNS + 2 + 3 * n + BODY * body
-    for column, field in OF_BODY:
-        made[others, column] = log[others, first + field]
-    made[others, columns.CAUSE], made[others, columns.SPEED] = NOTHING, 0.0
-    made[others, columns.ACCUMULATION] = np.maximum(log[others, first + ACCUMULATION], 0.0)
+    made, n = log_of_mass(model, log, body), size_of(model)
     modes = log[:, COLUMNS + 2 : COLUMNS + 2 + 3 * n].reshape(-1, 3, n)
     of_box = modes @ model.table[WEIGHTS + body, :n]
     made[:, columns.X], made[:, columns.V] = of_box[:, DISPLACEMENT], of_box[:, VELOCITY]
-    made[:, COLUMNS] = body
     return made
 
 
-@declared.read_segment.of(OnStructure)
-def _read_segment(model, row):
-    count, n = len(model.masses), size_of(model)
-    modes, bodies = np.zeros((3, n)), np.zeros((count, WIDTH))
-    place = COLUMNS + 2
+@read_modes.of(OnStructure)
+def _read_modes(model, row):
+    modes, place = np.zeros((3, size_of(model))), COLUMNS + 2
     for i in range(3):
-        for j in range(n):
+        for j in range(modes.shape[1]):
             modes[i, j] = row[place]
             place += 1
-    for k in range(count):
-        for column in range(BODY):
-            bodies[k, column] = row[place]
-            place += 1
-    return _read(segment_at(row), float(row[COLUMNS]), float(row[COLUMNS + 1]), modes, bodies)
+    return modes
 
 
-@declared.write_row.of(OnStructure)
-def _write_row(model, row, segment, duration):
-    write_segment(row, segment, duration)
-    row[COLUMNS], row[COLUMNS + 1] = segment.body, segment.loss
+@write_modes.of(OnStructure)
+def _write_modes(model, row, modes):
     place = COLUMNS + 2
     for i in range(3):
-        for j in range(segment.modes.shape[1]):
-            row[place] = segment.modes[i, j]
+        for j in range(modes.shape[1]):
+            row[place] = modes[i, j]
             place += 1
-    for k in range(len(segment.bodies)):
-        for column in range(BODY):
-            row[place] = segment.bodies[k, column]
-            place += 1
-
-
-@compiled
-def report_first(model: OnStructure, s: StructureSegment, loss: float) -> StructureSegment:
-    """The segment with the fields of the first mass whose cause is not told; in place."""
-    k = first_to_tell(s.bodies)
-    b = s.bodies[k]
-    cause, speed = float(b[CAUSE]), float(b[SPEED])
-    b[CAUSE] = NOTHING
-    return _of_mass(
-        s,
-        box_at(model, s, DISPLACEMENT, k),
-        box_at(model, s, VELOCITY, k),
-        float(b[GAP]),
-        float(b[RATE]),
-        float(b[SIDE]),
-        float(b[MODE]),
-        cause,
-        speed,
-        box_at(model, s, BEFORE, k),
-        float(b[FIRST]),
-        max(float(b[ACCUMULATION]), 0.0),
-        float(k),
-        loss,
-    )
 
 
 @compiled
 def segment_of_all(
     periods: float, time: float, modes: np.ndarray, bodies: np.ndarray
-) -> StructureSegment:
+) -> MassesSegment:
     """A segment that starts here, before anything is told."""
     return _of_all(periods, time, FLIGHT, NOTHING, modes, bodies)
+
+
+_of_all = made_of(MassesSegment, "periods", "time", "mode", "cause", "modes", "bodies")

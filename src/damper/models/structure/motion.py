@@ -9,24 +9,17 @@ from damper.engine.impact import restitution_at
 from damper.engine.lending import lent
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, STICKING, TAIL, clock_after
+from damper.models.many import ACCUMULATION, CAUSE, GAP, MODE, RATE, SIDE, SPEED, MassesSegment
 from damper.models.structure.constants import (
-    ACCUMULATION,
     ARRIVES,
     BEFORE,
-    CAUSE,
     DISPLACEMENT,
-    GAP,
     HEAD,
-    MODE,
     PLAIN,
     PREVIOUS,
-    RATE,
-    SIDE,
-    SPEED,
     VELOCITY,
     WEIGHTS,
     OnStructure,
-    StructureSegment,
     box_at,
     first_row,
     law_of,
@@ -51,8 +44,8 @@ _TOGETHER = 4.0
 
 @compiled
 def all_after(
-    model: OnStructure, s: StructureSegment, start: ModalStart, tau: float, first: int, wall: float
-) -> StructureSegment:
+    model: OnStructure, s: MassesSegment, start: ModalStart, tau: float, first: int, wall: float
+) -> MassesSegment:
     """Where all are after a time; `ARRIVES` of the masses has the wall at which each arrives, or 0.
 
     The mass `first` arrives at a wall then, if there is such a mass; others may be there, too.
@@ -82,7 +75,7 @@ def all_after(
 
 @compiled
 def structure_after(model: OnStructure, start: ModalStart, tau: float) -> np.ndarray:
-    """`StructureSegment.modes` from what `modes_after` has written."""
+    """`MassesSegment.modes` from what `modes_after` has written."""
     n, table, rows = size_of(model), start.tables[start.slot], start.modes
     modes, first = np.zeros((3, n)), first_row(table, 1)
     for j in range(size_in(table)):
@@ -101,8 +94,8 @@ def structure_after(model: OnStructure, start: ModalStart, tau: float) -> np.nda
 
 @compiled_apart
 def state_after(
-    model: OnStructure, s: StructureSegment, start: ModalStart, tau: float
-) -> StructureSegment:
+    model: OnStructure, s: MassesSegment, start: ModalStart, tau: float
+) -> MassesSegment:
     """Where all are a time after a segment's start; in a tail the bounces go on."""
     here = all_after(model, s, start, tau, len(s.bodies), 0.0)
     bounces, count = False, len(s.bodies)
@@ -142,7 +135,7 @@ def _carry(model, here, sticks, order, moved):
 
 
 @compiled
-def place_of(model: OnStructure, s: StructureSegment, k: int) -> tuple[float, float]:
+def place_of(model: OnStructure, s: MassesSegment, k: int) -> tuple[float, float]:
     """Displacement and velocity of a free mass at the start of a segment."""
     b = s.bodies[k]
     offset = b[SIDE] * (mass_in(model.masses, k).clearance - b[GAP])

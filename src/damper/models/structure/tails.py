@@ -11,30 +11,32 @@ from damper.engine.forcing import bound_of, horizon
 from damper.engine.impact import restitution_at
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, NOTHING, RELEASE, STICKING, TAIL
-from damper.engine.tuples import changed
+from damper.models.many import (
+    ACCUMULATION,
+    CAUSE,
+    GAP,
+    MODE,
+    RATE,
+    SIDE,
+    MassesSegment,
+    with_bodies,
+)
 from damper.models.several.contacts import negligible
 from damper.models.structure.collapse import collapsing, may_collapse
 from damper.models.structure.constants import (
-    ACCUMULATION,
-    CAUSE,
     COUPLED,
     DAMPING,
     DASHPOTS,
     DRAGS,
     FALLS,
-    GAP,
     HEAD,
     LEAST,
-    MODE,
     PUSH,
-    RATE,
-    SIDE,
     STIFFENS,
     STIFFNESS,
     WEIGHTS,
     YIELDS,
     OnStructure,
-    StructureSegment,
     first_row,
     law_of,
     mass_in,
@@ -68,7 +70,7 @@ class StructureChatter(NamedTuple):
 
 
 @compiled
-def close(model: OnStructure, s: StructureSegment, start: ModalStart) -> bool:
+def close(model: OnStructure, s: MassesSegment, start: ModalStart) -> bool:
     """Close a chatter sequence that completes before anything else happens; whether one is closed.
 
     In place. A sequence whose time left is negligible ends now, even if other masses move: where
@@ -237,9 +239,6 @@ def _chatter_of(model, s, start, k):
     return StructureChatter(left, rise)
 
 
-_with_bodies = changed(StructureSegment, "bodies")
-
-
 @compiled_apart
 def _is_undisturbed(model, s, start, k, chatter):
     """Whether nothing happens to any other mass while the sequence of one completes."""
@@ -259,7 +258,7 @@ def _is_undisturbed(model, s, start, k, chatter):
     for j in range(len(bodies)):
         if j == k or _in_step(model, bodies, k, j):
             joined[j, MODE], joined[j, ACCUMULATION] = TAIL, left
-    together = begin_after(model, _with_bodies(s, joined), start)
+    together = begin_after(model, with_bodies(s, joined), start)
     for j in range(len(bodies)):
         b = bodies[j]
         if joined[j, MODE] == TAIL:

@@ -20,25 +20,28 @@ from damper.engine.oscillator import TAYLOR_RANGE
 from damper.engine.segment import FLIGHT, NOTHING
 from damper.engine.tuples import changed
 from damper.models import sensitivity, tangent
-from damper.models.structure.constants import (
+from damper.models.many import (
     ACCUMULATION,
-    BEFORE,
     CAUSE,
-    DISPLACEMENT,
     GAP,
-    HEAD,
     MODE,
-    PREVIOUS,
-    PUSH,
     RATE,
     SIDE,
     SPEED,
+    MassesSegment,
+    is_on_wall,
+)
+from damper.models.structure.constants import (
+    BEFORE,
+    DISPLACEMENT,
+    HEAD,
+    PREVIOUS,
+    PUSH,
     STIFFNESS,
     SYSTEM_RATE,
     VELOCITY,
     WEIGHTS,
     OnStructure,
-    StructureSegment,
     box_at,
     first_row,
     law_of,
@@ -47,7 +50,7 @@ from damper.models.structure.constants import (
 )
 from damper.models.structure.contacts import impulses_of
 from damper.models.structure.courses import course_of, gap_after
-from damper.models.structure.flow import compliance, is_on_wall, modes_after, stuck_in
+from damper.models.structure.flow import compliance, modes_after, stuck_in
 from damper.models.structure.linear import product, solve
 from damper.models.structure.motion import place_of, structure_after
 
@@ -291,7 +294,7 @@ def _impulses(model: OnStructure, bodies: np.ndarray) -> np.ndarray:
 
 
 @compiled_apart
-def _strike(model: OnStructure, s: StructureSegment, deviations: np.ndarray) -> None:
+def _strike(model: OnStructure, s: MassesSegment, deviations: np.ndarray) -> None:
     """Take deviations over the impacts of an instant."""
     bodies, n, count = s.bodies, size_of(model), len(s.bodies)
     stuck, pushes = np.zeros(count, dtype=np.bool_), _impulses(model, bodies) > 0.0
@@ -358,7 +361,7 @@ def _first_place(model):
     return 2 * size_of(model)
 
 
-_beside = changed(StructureSegment, "time", "modes", "bodies")
+_beside = changed(MassesSegment, "time", "modes", "bodies")
 
 
 @sensitivity.lead.of(OnStructure)
@@ -373,9 +376,7 @@ def _lead(there, model, s, struck, found):
 
 
 @compiled_apart
-def _lead_on(
-    there: OnStructure, model: OnStructure, s: StructureSegment, found: np.ndarray
-) -> None:
+def _lead_on(there: OnStructure, model: OnStructure, s: MassesSegment, found: np.ndarray) -> None:
     """State after a segment; a mass on a wall is where its box is."""
     slower, bodies, n = there.cycle / model.cycle, s.bodies.copy(), size_of(model)
     modes, rates = s.modes.copy(), _velocities(model, s, VELOCITY)
