@@ -11,8 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damper.engine.bodies import Ballistic, FixedStop, Prescribed
+from damper.engine.dispatch import by_class_or_default
 from damper.engine.forcing import second_derivative
 from damper.engine.forcing.harmonic import harmonic
+from damper.engine.forcing.weighed import WeighedForce
 from damper.engine.oscillator import Oscillator, oscillator
 from damper.parameters import Parameters
 from damper.parameters import forcing as given
@@ -163,3 +165,16 @@ def _record(force: given.Record, parameters: Parameters) -> Drive:
 @drive.register
 def _noise(force: given.Noise, parameters: Parameters) -> Drive:
     return _record(force.record, parameters)
+
+
+@by_class_or_default
+def oscillator_under(
+    forcing: Any, damping: float, stiffness: float, strength: float, weight: float
+) -> Any:
+    """Make an oscillator with a constant acceleration beside the force; here there is none."""
+    return oscillator(damping, stiffness, strength, forcing)
+
+
+@oscillator_under.of(WeighedForce)
+def _driven_weighed(forcing, damping, stiffness, strength, weight):
+    return oscillator(damping, stiffness, 1.0, WeighedForce(forcing.forcing, strength, weight))

@@ -43,7 +43,6 @@ from damper.models.several.bodies import (
     begin_after,
     body_in,
     mass_at,
-    restitution_of,
 )
 from damper.models.several.bodies import prepare as prepare
 from damper.models.several.contacts import clamp_slides, decide_contacts, hit, release
@@ -51,6 +50,7 @@ from damper.models.several.log import segment_of_all
 from damper.models.several.motion import all_after, bounce_in
 from damper.models.several.pinch import close_pinch, is_pinched, turns_of
 from damper.models.several.tails import close, next_event
+from damper.models.wall_laws import restitution_of
 from damper.models.walls import slack
 
 #: A time for which nothing has happened: none to speak of.

@@ -3,8 +3,6 @@
 The number of masses is a run-time value; the code is compiled once.
 """
 
-import math
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,16 +10,9 @@ import numpy as np
 from damper.engine import model as declared
 from damper.engine.bodies import Ballistic, acceleration_of, body_at, strength_on, sum_after
 from damper.engine.compiled import compiled, plain
-from damper.engine.dispatch import by_class, by_class_or_default
+from damper.engine.dispatch import by_class
 from damper.engine.forcing import common, phase_at
 from damper.engine.forcing.weighed import WeighedForce
-from damper.engine.impact import (
-    TabledRestitution,
-    YieldingRestitution,
-    rebound_slope,
-    restitution_at,
-    restitution_change,
-)
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -33,7 +24,7 @@ from damper.engine.search import HORIZON, ROUNDOFF, point_at
 from damper.engine.segment import NOTHING, RESTING, TAIL, Segment
 from damper.engine.tuples import changed, made_of, reader, writer
 from damper.models.flights import Both, gap_of
-from damper.models.forces import drive_of
+from damper.models.forces import drive_of, oscillator_under
 from damper.models.many import (
     LIFTS,
     MODE,
@@ -43,12 +34,13 @@ from damper.models.many import (
 from damper.models.masses import NoFriction, Rigid
 from damper.models.masses import prepare as prepare_one
 from damper.models.masses.holds import pushed_by
+from damper.models.wall_laws import law_of, wall_laws
 from damper.parameters import Parameters
 
 #: Columns of `Several.masses`.
-RATIO, CLEARANCE, GRAVITY, STIFFNESS, DAMPING, LEFT, RIGHT, YIELDS, EXPONENT, FRICTION = range(10)
-#: Further ones, for walls with a table: its number in `WallTables`, or -1.
-LEFT_TABLE, RIGHT_TABLE = range(10, 12)
+RATIO, CLEARANCE, GRAVITY, STIFFNESS, DAMPING, FRICTION = range(6)
+#: Further ones, of the walls: `damper.models.wall_laws`.
+LEFT, RIGHT, YIELDS, EXPONENT, LEFT_TABLE, RIGHT_TABLE = range(6, 12)
 #: Columns of `MassesSegment.bodies` beside the first ones. A speed here may also be minus that of a
 #: kick whose mass is back at its wall at once. An accumulation may also be minus the time left of a
 #: tail in which all speeds vanish.
@@ -87,15 +79,13 @@ class MassConstants(NamedTuple):
     stiffness: float
     damping: float
     """Of the support, as of an oscillator of its own."""
-    left: float
-    right: float
-    """Restitution of the walls at low speeds."""
-    yields: float
-    """Yield speed of the walls; up to the least speed of their tables r is constant as well."""
-    exponent: float
-    """With which restitution falls above it."""
     friction: float
     """Acceleration by dry friction while it slides."""
+    left: float
+    """Of the walls, from here on: `damper.models.wall_laws`."""
+    right: float
+    yields: float
+    exponent: float
     left_table: float
     right_table: float
 
@@ -194,15 +184,14 @@ def prepare(
     drive = drive_of(p)
     masses = np.array(
         [
-            (q.mass_ratio, q.clearance, q.pull, m.stiffness, m.damping, *q.restitutions)
+            (q.mass_ratio, q.clearance, q.pull, m.stiffness, m.damping)
             for q, m in zip(each, [one.mass for one in ones], strict=True)
         ]
     )
     least = LEAST_FRICTION if along_friction else 0.0
     friction = np.array([max(q.friction, least) for q in each])
-    yields = [(_constant_up_to(q), q.yield_exponent) for q in each]
-    walls, numbers = wall_law(each)
-    masses = np.column_stack([masses, yields, friction, numbers])
+    walls, of_walls = wall_laws(each)
+    masses = np.column_stack([masses, friction, of_walls])
     total = float(np.sum(masses[:, RATIO]))
     heavier = 1.0 + total
     strength = drive.amplitude * (1.0 + total * drive.share) / heavier
@@ -241,77 +230,6 @@ def prepare(
         masses,
         Frictions() if rubs else NoFriction(),
     )
-
-
-class WallTables(NamedTuple):
-    """Tables of the restitution of walls, those with fewer rows with the last one repeated."""
-
-    tables: np.ndarray
-
-
-class WallRestitution(NamedTuple):
-    """Contact law of a wall where some walls have a table: this one's table, or else a power."""
-
-    has_table: bool
-    table: TabledRestitution
-    power: YieldingRestitution
-
-
-@restitution_at.of(WallRestitution)
-def _restitution_at(law, approach_speed):
-    if law.has_table:
-        return restitution_at(law.table, approach_speed)
-    return restitution_at(law.power, approach_speed)
-
-
-@rebound_slope.of(WallRestitution)
-def _rebound_slope(law, approach_speed):
-    if law.has_table:
-        return rebound_slope(law.table, approach_speed)
-    return rebound_slope(law.power, approach_speed)
-
-
-@restitution_change.of(WallRestitution)
-def _restitution_change(law, approach_speed):
-    if law.has_table:
-        return restitution_change(law.table, approach_speed)
-    return restitution_change(law.power, approach_speed)
-
-
-@plain
-def wall_law(each: Sequence[Any]) -> tuple[Any, np.ndarray]:
-    """Constants of the contact laws of all walls, and the numbers of each mass's tables."""
-    numbers = np.full((len(each), 2), -1.0)
-    tables: list[Any] = []
-    for k, q in enumerate(each):
-        for wall, rows in enumerate(q.tables if q.law == "tabled" else ()):
-            if rows not in tables:
-                tables.append(rows)
-            numbers[k, wall] = tables.index(rows)
-    if not tables:
-        return YieldingRestitution(1.0, math.inf, 0.0), numbers
-    longest = max(map(len, tables))
-    filled = [[*rows, *[rows[-1]] * (longest - len(rows))] for rows in tables]
-    return WallTables(np.array(filled)), numbers
-
-
-@plain
-def _constant_up_to(q: Parameters) -> float:
-    """Speed up to which the restitution of both walls of a mass is constant."""
-    return min(rows[0][0] for rows in q.tables) if q.law == "tabled" else q.yield_speed
-
-
-@by_class_or_default
-def oscillator_under(
-    forcing: Any, damping: float, stiffness: float, strength: float, weight: float
-) -> Any:
-    """Make an oscillator with a constant acceleration beside the force; here there is none."""
-    return oscillator(damping, stiffness, strength, forcing)
-
-
-@oscillator_under.of(WeighedForce)
-def _driven_weighed(forcing, damping, stiffness, strength, weight):
-    return oscillator(damping, stiffness, 1.0, WeighedForce(forcing.forcing, strength, weight))
 
 
 # The functions below take masses and bodies as numbers: for an array, each call would count two
@@ -598,46 +516,3 @@ def _lifting_ballistic(mass, osc, primary):
 @_lifting.of(Oscillator)
 def _lifting_driven(mass, osc, primary):
     return primary
-
-
-@compiled
-def law_of(single: Rigid, m: MassConstants, side: float) -> Any:
-    """Contact law of a mass at one of its walls."""
-    return law_in(single.law, m, side)
-
-
-@by_class
-def law_in(walls: Any, m: Any, side: float) -> Any:
-    """Contact law of a wall, from what the laws of all are made of."""
-
-
-@law_in.of(YieldingRestitution)
-def _power_law(walls, m, side):
-    return YieldingRestitution(restitution_of(m, side), m.yields, m.exponent)
-
-
-@law_in.of(WallTables)
-def _law_with_tables(walls, m, side):
-    number = int(m.left_table if side < 0.0 else m.right_table)
-    table = TabledRestitution(walls.tables[number])
-    power = YieldingRestitution(restitution_of(m, side), m.yields, m.exponent)
-    return WallRestitution(number >= 0, table, power)
-
-
-@compiled
-def have_one_law(one: MassConstants, other: MassConstants, side: float) -> bool:
-    """Whether two masses have the same contact law at one of their walls."""
-    left = side < 0.0
-    number, others = (
-        (one.left_table, other.left_table) if left else (one.right_table, other.right_table)
-    )
-    if number >= 0.0 or others >= 0.0:
-        return number == others
-    same = restitution_of(one, side) == restitution_of(other, side)
-    return same and one.yields == other.yields and one.exponent == other.exponent
-
-
-@compiled
-def restitution_of(m: Any, side: float) -> float:
-    """Coefficient of restitution of a mass at one of its walls, at low speeds."""
-    return m.left if side < 0.0 else m.right

@@ -46,11 +46,11 @@ from damper.models.several.bodies import (
     body_in,
     friction_of,
     is_joined,
-    law_of,
     mass_at,
     own_acceleration,
 )
 from damper.models.several.pinch import NOTHING_LEFT
+from damper.models.wall_laws import law_of
 
 
 @compiled

@@ -25,10 +25,10 @@ from damper.models.several.bodies import (
     friction_of,
     gap_after,
     is_joined,
-    law_of,
     mass_at,
 )
 from damper.models.several.motion import bodies_in, primary_after
+from damper.models.wall_laws import law_of
 
 declared.have_rigid_walls(Several)
 

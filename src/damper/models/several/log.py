@@ -18,9 +18,9 @@ from damper.models.several.bodies import (
     RIGHT_TABLE,
     WIDTH,
     Several,
-    law_of,
     mass_at,
 )
+from damper.models.wall_laws import law_of
 
 have_many(Several)
 

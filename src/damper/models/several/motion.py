@@ -34,12 +34,12 @@ from damper.models.several.bodies import (
     is_joined,
     mass_at,
     put_body,
-    restitution_of,
     segment_of,
     single_mass_view,
 )
 from damper.models.several.log import segment_of_all
 from damper.models.several.pinch import is_pinched
+from damper.models.wall_laws import restitution_of
 
 #: Roundoffs of a gap within which an approaching mass is at the wall together with another.
 _TOGETHER = 4.0

@@ -21,17 +21,8 @@ from damper.engine.compiled import compiled
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
 from damper.models.many import ACCUMULATION, GAP, MODE, RATE, SIDE
-from damper.models.several.bodies import (
-    CLEARANCE,
-    RATIO,
-    YIELDS,
-    Several,
-    Start,
-    body_in,
-    have_one_law,
-    mass_at,
-    restitution_of,
-)
+from damper.models.several.bodies import CLEARANCE, RATIO, YIELDS, Several, Start, body_in, mass_at
+from damper.models.wall_laws import have_one_law, restitution_of
 
 #: Part of the tolerance that may be left of a pinch, whose impacts alone happen meanwhile, or of a
 #: sequence which others disturb: they prolong it.

@@ -21,6 +21,7 @@ from damper.models.many import ACCUMULATION, GAP, MODE, RATE, SIDE
 from damper.models.several import bodies as several
 from damper.models.several.motion import bodies_in, bounce_in, primary_after, state_in
 from damper.models.several.pinch import is_pinched, lost_in_pinch, share_of_pinch
+from damper.models.wall_laws import restitution_of
 
 
 @declared.impact_loss.of(several.Several)
@@ -237,7 +238,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
             apart * force,
             apart * force1,
             share,
-            several.restitution_of(several.mass_at(model, number), side),
+            restitution_of(several.mass_at(model, number), side),
             float(s.bodies[number, RATE]),
             float(s.bodies[number, ACCUMULATION]),
         )

@@ -41,18 +41,17 @@ from damper.models.several.bodies import (
     flight_of,
     flight_of_body,
     flying,
-    have_one_law,
     is_joined,
     mass_at,
     offset_of,
     own_acceleration,
-    restitution_of,
     segment_of,
     single_mass_view,
 )
 from damper.models.several.collapse import change_by_rest, close_together, is_brief
 from damper.models.several.contacts import decide_contacts, negligible
 from damper.models.several.log import segment_of_all
+from damper.models.wall_laws import have_one_law, restitution_of
 
 
 class NextEvent(NamedTuple):

@@ -55,7 +55,6 @@ from damper.models.several.bodies import (
     body_in,
     flying,
     is_joined,
-    law_of,
     load_in,
     mass_at,
     offset_of,
@@ -67,6 +66,7 @@ from damper.models.several.contacts import balance, decide_contacts
 from damper.models.several.log import segment_of_all
 from damper.models.several.pinch import is_pinched, times_over_gaps, turns_of
 from damper.models.tangent import TOGETHER
+from damper.models.wall_laws import law_of
 
 
 @tangent.friction_in.of(Several)

@@ -38,7 +38,6 @@ from damper.models.structure.constants import (
     OnStructure,
     box_at,
     first_row,
-    law_of,
     mass_in,
     size_of,
 )
@@ -49,6 +48,7 @@ from damper.models.structure.log import segment_of_all
 from damper.models.structure.motion import all_after
 from damper.models.structure.prepare import prepare as prepare
 from damper.models.structure.tails import close
+from damper.models.wall_laws import law_of
 from damper.models.walls import TOUCHES, slack
 
 

@@ -13,7 +13,6 @@ from damper.engine.forcing.none import ZeroForce
 from damper.engine.oscillator import Oscillator, oscillator
 from damper.engine.tuples import reader
 from damper.models.many import MassesSegment
-from damper.models.several.bodies import law_in
 
 #: Column of `MassesSegment.bodies` beside the first ones, the last of the log: the mode before what
 #: happens.
@@ -35,18 +34,15 @@ class BoxedMass(NamedTuple):
     gravity: float
     tie_stiffness: float
     tie_damping: float
-    left: float
-    right: float
-    """Restitution of the walls at low speeds."""
-    yields: float
-    """Yield speed of the walls."""
-    exponent: float
-    """Of the restitution's fall above that."""
     carried: float
     """Acceleration by the force's shape in flight: where the base moves, else 0."""
+    left: float
+    """Of the walls, from here on: `damper.models.wall_laws`."""
+    right: float
+    yields: float
+    exponent: float
     left_table: float
     right_table: float
-    """Number of a wall's table in `OnStructure.law`, or -1."""
 
 
 mass_in = reader(BoxedMass)
@@ -89,7 +85,7 @@ class OnStructure(NamedTuple):
     clearance: float
     """The largest."""
     law: Any
-    """Constants of the laws of all walls, for `damper.models.several.bodies.law_in`."""
+    """Constants of the laws of all walls, for `damper.models.wall_laws`."""
     cycle: float
     tolerance: float
     free: Oscillator
@@ -168,9 +164,3 @@ def fill_table(
         table[DAMPING, i], table[REGIME, i], table[SPLIT, i] = damping, own.regime, own.split
         table[SLOW, i], table[FAST, i], table[FASTEST, i] = own.slow, own.fast, own.rate
         table[COUPLING, i] = own.coupling
-
-
-@compiled
-def law_of(model: OnStructure, m: BoxedMass, side: float) -> Any:
-    """Contact law of a mass at one of its walls."""
-    return law_in(model.law, m, side)

@@ -29,12 +29,12 @@ from damper.models.structure.constants import (
     WEIGHTS,
     OnStructure,
     first_row,
-    law_of,
     mass_in,
     size_of,
 )
 from damper.models.structure.flow import compliance, give
 from damper.models.structure.linear import complementary, times
+from damper.models.wall_laws import law_of
 
 
 @compiled

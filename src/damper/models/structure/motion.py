@@ -22,7 +22,6 @@ from damper.models.structure.constants import (
     OnStructure,
     box_at,
     first_row,
-    law_of,
     mass_in,
     size_in,
     size_of,
@@ -37,6 +36,7 @@ from damper.models.structure.flow import (
 )
 from damper.models.structure.log import segment_of_all
 from damper.models.structure.steps import CHANGE, WAY, V, X
+from damper.models.wall_laws import law_of
 
 #: Roundoffs of a gap within which an approaching mass is at the wall together with another.
 _TOGETHER = 4.0

@@ -7,11 +7,11 @@ import numpy as np
 from damper.engine.compiled import plain
 from damper.engine.forcing import rate_of
 from damper.engine.forcing.weighed import WeighedForce
-from damper.models.forces import drive_of
-from damper.models.several.bodies import oscillator_under, wall_law
+from damper.models.forces import drive_of, oscillator_under
 from damper.models.structure.constants import HEAD_WIDTH, WEIGHTS, OnStructure, fill_table
 from damper.models.structure.linear import eigenvectors, product, root_inverse
 from damper.models.structure.system import make_system, shape_of_tables
+from damper.models.wall_laws import wall_laws
 
 
 @plain
@@ -33,10 +33,13 @@ def prepare(parameters: Any, law: Any, accuracy: float) -> OnStructure:
     # A mode's sign is free: the force pushes each of them forwards.
     shapes = shapes * np.where(push < 0.0, -1.0, 1.0)
     boxes = np.array([given.boxes[one.box] @ shapes for one in p.each])
-    moved = drive.share * drive.amplitude
-    walls, numbers = wall_law(p.each)
-    own = [(*_values(one), moved * given.base_shares[one.box]) for one in p.each]
-    masses = np.column_stack([own, numbers])
+    carries = [drive.share * drive.amplitude * given.base_shares[one.box] for one in p.each]
+    walls, of_walls = wall_laws(p.each)
+    own = [
+        (one.mass, one.clearance, one.gravity, one.tie_stiffness, one.tie_damping, carried)
+        for one, carried in zip(p.each, carries, strict=True)
+    ]
+    masses = np.column_stack([own, of_walls])
     forcing = drive.forcing
     shape = WeighedForce(forcing, 1.0, 0.0) if masses[:, 2].any() else forcing
     damping = _symmetric(shapes.T @ given.damping @ shapes)
@@ -60,21 +63,6 @@ def prepare(parameters: Any, law: Any, accuracy: float) -> OnStructure:
     flying = np.zeros(shape_of_tables(model)[:2])
     make_system(model, np.zeros(count, dtype=np.bool_), flying)
     return model._replace(flying=flying)
-
-
-def _values(one: Any) -> tuple[float, ...]:
-    left, right = one.restitutions
-    ties = one.tie_stiffness, one.tie_damping
-    return (
-        one.mass,
-        one.clearance,
-        one.gravity,
-        *ties,
-        left,
-        right,
-        one.yield_speed,
-        one.yield_exponent,
-    )
 
 
 def _refuse(each: Any) -> None:

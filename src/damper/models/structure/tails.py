@@ -38,7 +38,6 @@ from damper.models.structure.constants import (
     YIELDS,
     OnStructure,
     first_row,
-    law_of,
     mass_in,
     size_in,
     size_of,
@@ -53,6 +52,7 @@ from damper.models.structure.flow import (
     impulses_to_rest,
 )
 from damper.models.structure.steps import A, J
+from damper.models.wall_laws import have_one_law, law_of
 
 #: Speed over a time that counts as none, beyond which a mass is not at rest.
 _SLOW = 1e6
@@ -175,15 +175,6 @@ def _rest(model, s, rests):
             b[MODE], b[ACCUMULATION], b[GAP] = TAIL, 0.0, 0.0
 
 
-@compiled
-def _bounce_alike(one, other, side):
-    """Whether two masses have one contact law at a wall."""
-    left = side < 0.0
-    table = one.left_table == other.left_table if left else one.right_table == other.right_table
-    limits = one.left == other.left if left else one.right == other.right
-    return table and limits and one.yields == other.yields and one.exponent == other.exponent
-
-
 @compiled_apart
 def _in_step(model, bodies, k, j):
     """Whether a mass bounces in step with another: their gaps are the same, number by number."""
@@ -195,7 +186,7 @@ def _in_step(model, bodies, k, j):
     stiff = one.tie_stiffness * other.mass == other.tie_stiffness * one.mass
     tied = stiff and one.tie_damping * other.mass == other.tie_damping * one.mass
     placed = one.tie_stiffness == 0.0 or one.clearance == other.clearance
-    alike = pulled and tied and placed and _bounce_alike(one, other, float(b[SIDE]))
+    alike = pulled and tied and placed and have_one_law(one, other, float(b[SIDE]))
     for i in range(size_of(model)):
         alike = alike and model.table[WEIGHTS + k, i] == model.table[WEIGHTS + j, i]
     return alike

@@ -44,7 +44,6 @@ from damper.models.structure.constants import (
     OnStructure,
     box_at,
     first_row,
-    law_of,
     mass_in,
     size_of,
 )
@@ -53,6 +52,7 @@ from damper.models.structure.courses import course_of, gap_after
 from damper.models.structure.flow import compliance, modes_after, stuck_in
 from damper.models.structure.linear import product, solve
 from damper.models.structure.motion import place_of, structure_after
+from damper.models.wall_laws import law_of
 
 tangent.friction_in.of(OnStructure)(tangent.no_friction)
 
