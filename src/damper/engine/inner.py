@@ -23,6 +23,21 @@ class _PartOfCallers(JITCodeLibrary):
     """Code to link with that of callers, where machine code is made of it."""
 
     codegen = _NoEnvironment
+    is_apart = False
+    """Whether it stays a function that callers share, or has such functions."""
+
+    def _optimize_final_module(self) -> None:
+        parts = self._linking_libraries
+        self.is_apart = self.is_apart or any(getattr(part, "is_apart", False) for part in parts)
+        if not self.is_apart:
+            super()._optimize_final_module()
+            return
+        # All functions that are linked here would be optimised again in each caller: that was half
+        # of the time. Inlining is enough, up to where machine code is made.
+        passes, builder = self._codegen._module_pass_manager(
+            loop_vectorize=False, slp_vectorize=False, opt=0, cost="cheap"
+        )
+        passes.run(self._final_module, builder)
 
     def _finalize_final_module(self) -> None:
         self._finalized = True
@@ -41,6 +56,7 @@ class InnerCompiler(Compiler):
         state = self.state
         if state.library is None:
             state.library = _PartOfCallers(state.targetctx.codegen(), state.func_id.func_qualname)
+            state.library.is_apart = not state.flags.forceinline
         return super().define_pipelines()
 
 
@@ -54,7 +70,9 @@ def tried_compiler(options: dict[str, Any]) -> type[Compiler]:
     A trial takes some .3 s. `options` are those of an inner function.
     """
     if numba.version_info.short != _TESTED:
-        part = numba.njit(pipeline_class=InnerCompiler, **options)(_double)
+        # Apart, so that the trial runs all that is here.
+        apart = options | {"forceinline": False}
+        part = numba.njit(pipeline_class=InnerCompiler, **apart)(_double)
         if numba.njit(lambda x: part(x))(1.5) != 3.0:
             raise RuntimeError("numba compiles a part of a function to something else")
     return InnerCompiler
