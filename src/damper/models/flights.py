@@ -289,6 +289,14 @@ def rests(force: EventPoint) -> bool:
 
 
 @compiled
+def is_balanced(here: EventPoint, width: float) -> bool:
+    """Whether all that holds a mass is just enough, and stays so."""
+    least = min(abs(here.value), abs(width - here.value))
+    largest = max(least, abs(here.slope), abs(here.second), abs(here.third))
+    return here.growth == 0.0 and largest <= here.roundoff
+
+
+@compiled
 def stays(model: Any, segment: Segment, start: Any) -> bool:
     """Whether masses in contact with no relative velocity stay together."""
     a, j, snap, _ = relative_rates(start, model)

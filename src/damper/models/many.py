@@ -31,6 +31,9 @@ GAP, RATE, SIDE, MODE, CAUSE, SPEED, FIRST, ACCUMULATION = range(8)
 #: In place of an accumulation: the mass has left its wall without a jump of the force just now, so
 #: its gap has no second derivative, exactly.
 LIFTS = -1.0
+#: Part of the tolerance that may be left of a pinch, whose impacts alone happen meanwhile, or of a
+#: sequence which others disturb: they prolong it.
+_NOTHING_LEFT = 1e-2
 #: Columns of the log -> those of a body.
 _OF_BODY = (
     (columns.GAP, GAP),
@@ -178,16 +181,26 @@ def first_to_tell(bodies: np.ndarray) -> int:
 @compiled
 def report_first(model: Any, s: MassesSegment, loss: float) -> MassesSegment:
     """The segment with the fields of the first body whose cause is not told; in place."""
-    k = first_to_tell(s.bodies)
-    b = s.bodies[k]
-    cause, speed = float(b[CAUSE]), float(b[SPEED])
-    b[CAUSE] = NOTHING
+    bodies, k = s.bodies, first_to_tell(s.bodies)
     x, v, v_before = box_of(model, s, k)
-    gap, rate, side, mode = float(b[GAP]), float(b[RATE]), float(b[SIDE]), float(b[MODE])
-    first, left = float(b[FIRST]), max(float(b[ACCUMULATION]), 0.0)
-    return _of_body(
-        s, x, v, gap, rate, side, mode, cause, speed, v_before, first, left, float(k), loss
+    told = _of_body(
+        s,
+        x,
+        v,
+        float(bodies[k, GAP]),
+        float(bodies[k, RATE]),
+        float(bodies[k, SIDE]),
+        float(bodies[k, MODE]),
+        float(bodies[k, CAUSE]),
+        float(bodies[k, SPEED]),
+        v_before,
+        float(bodies[k, FIRST]),
+        max(float(bodies[k, ACCUMULATION]), 0.0),
+        float(k),
+        loss,
     )
+    bodies[k, CAUSE] = NOTHING
+    return told
 
 
 with_bodies = changed(MassesSegment, "bodies")
@@ -202,3 +215,9 @@ _of_body = changed(
 def is_on_wall(mode: float) -> bool:
     """Whether a free mass sticks to its wall, or will where its tail ends."""
     return mode in (STICKING, TAIL)
+
+
+@compiled
+def negligible(tolerance: float) -> float:
+    """Longest time that counts as none."""
+    return _NOTHING_LEFT * tolerance

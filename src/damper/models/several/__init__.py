@@ -178,5 +178,5 @@ def _fly(model, s, start):
 _after = changed(MassesSegment, "v_before")
 
 
-# Deviations and sensitivities are parts of this model that need all of the above.
-from damper.models.several import sensitivity, tangent  # noqa: E402, F401
+# Deviations and sensitivities are a part of this model that needs all of the above.
+from damper.models.several import tangent  # noqa: E402, F401

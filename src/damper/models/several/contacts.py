@@ -34,6 +34,7 @@ from damper.models.many import (
     SIDE,
     SPEED,
     MassesSegment,
+    negligible,
 )
 from damper.models.several.bodies import (
     FOLLOWS,
@@ -49,7 +50,6 @@ from damper.models.several.bodies import (
     mass_at,
     own_acceleration,
 )
-from damper.models.several.pinch import NOTHING_LEFT
 from damper.models.wall_laws import law_of
 
 
@@ -242,12 +242,6 @@ def _is_beside_wall(model, s, k):
     scale = abs(motion_from(model.free, s.x, s.v, phase).a) + m.friction
     scale += abs(own_acceleration(model.single, m, b, s.x, s.v, phase, 0.0))
     return 2.0 * b.gap <= scale * negligible(model.tolerance) ** 2
-
-
-@compiled
-def negligible(tolerance: float) -> float:
-    """Longest time that counts as none."""
-    return NOTHING_LEFT * tolerance
 
 
 @compiled

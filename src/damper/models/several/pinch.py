@@ -20,13 +20,10 @@ import numpy as np
 from damper.engine.compiled import compiled
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
-from damper.models.many import ACCUMULATION, GAP, MODE, RATE, SIDE
+from damper.models.many import ACCUMULATION, GAP, MODE, RATE, SIDE, negligible
 from damper.models.several.bodies import CLEARANCE, RATIO, YIELDS, Several, Start, body_in, mass_at
 from damper.models.wall_laws import have_one_law, restitution_of
 
-#: Part of the tolerance that may be left of a pinch, whose impacts alone happen meanwhile, or of a
-#: sequence which others disturb: they prolong it.
-NOTHING_LEFT = 1e-2
 #: Turns of a pinch after which all but the same part of what is lost is lost by one of the two.
 _MOST_TURNS = 1000
 #: Shortest time that is left of one: it has a length, and times far below have few digits.
@@ -39,7 +36,7 @@ def close_pinch(model: Several, bodies: np.ndarray) -> bool:
 
     Returned is whether there are such masses.
     """
-    longest = NOTHING_LEFT * model.tolerance
+    longest = negligible(model.tolerance)
     for k in range(len(bodies)):
         b = body_in(bodies, k)
         if not (b.mode == FLIGHT and b.cause == IMPACT and b.rate >= 0.0):

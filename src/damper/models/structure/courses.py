@@ -22,8 +22,8 @@ from damper.engine.search import (
     shorter_step,
 )
 from damper.engine.tuples import changed
+from damper.models.flights import is_balanced
 from damper.models.many import ACCUMULATION, GAP, LIFTS, MODE, RATE, SIDE, is_on_wall
-from damper.models.several.tails import is_balanced
 from damper.models.structure.constants import (
     COUPLED,
     FALLS,
