@@ -96,47 +96,63 @@ def _speeds_in_tail(model, segment):
 
 @declared.following.of(Several)
 def _following(model, segment, start):
-    s = segment
-    tail = -1
-    for k in range(len(s.bodies)):
+    s, count, tail = segment, len(segment.bodies), -1
+    for k in range(count):
         if s.bodies[k, CAUSE] != NOTHING:
             new = report_first(model, with_bodies(s, s.bodies.copy()), 0.0)
             new.bodies[:, PREVIOUS_STATE] = REPORTED
             return Step(0.0, True, False, 1, new, start)
         if s.bodies[k, MODE] == TAIL:
             tail = k
+    last, first, side, steps, gave_up, stops = _first_event(model, s, start, tail)
+    arrives, wall = -1, 0.0
+    if first >= 0 and s.bodies[first, MODE] == FLIGHT and not stops:
+        arrives, wall = first, side * float(s.bodies[first, SIDE])
+    periods, time, x, v, bodies = all_after(model, s, start, last, arrives, wall)
+    v_before, loss, hits = v, 0.0, False
     if tail >= 0:
-        return _complete(model, s, start, abs(float(s.bodies[tail, ACCUMULATION])))
-    return _fly(model, s, start)
+        _end_tail(bodies)
+    else:
+        clamp_slides(bodies)
+        for k in range(count):
+            hits = hits or bool(bodies[k, ARRIVES] != 0.0)
+    # A release at the instant of an impact: the impact and the forces after it decide.
+    if first >= 0 and (stops or not hits):
+        release(model, segment_of_all(periods, time, x, v, bodies), first, side)
+    if hits:
+        v, loss = hit(model, v, bodies)
+    here, begun, begins = segment_of_all(periods, time, x, v, bodies), start, True
+    if hits or stops or first < 0:
+        decide_contacts(model, here, TAIL)
+    while begins:
+        # Again where chatter has been closed. One place: it becomes a part of this function.
+        begun, begins = begin_after(model, here, begun.osc, begun.load), False
+        if hits:
+            v, closed = close(model, here, begun)
+            begins, hits = close_pinch(model, bodies) or closed, False
+            here = segment_of_all(periods, time, x, v, bodies)
+    for k in range(count):
+        if tail >= 0:
+            if s.bodies[k, MODE] == TAIL and bodies[k, MODE] == STICKING:
+                bodies[k, CAUSE] = STICK
+        elif bodies[k, CAUSE] != NOTHING:
+            bodies[k, ALONE] = 0.0
+    new = report_first(model, _after(here, v_before), loss)
+    return Step(last, tail >= 0 or new.cause != NOTHING, gave_up, steps, new, begun)
 
 
 @compiled
-def _complete(model, s, start, tau):
-    """The end of a tail: its masses stick, unless a pinch leaves them without pressing force."""
-    periods, time, x, v, bodies = all_after(model, s, start, tau, -1, 0.0)
-    new = segment_of_all(periods, time, x, v, bodies)
-    # Slides that have turned round since may let go of what rests.
-    pinched = is_pinched(bodies) or np.any(bodies[:, SLIP_DIRECTION] != 0.0)
-    for k in range(len(bodies)):
-        b = bodies[k]
-        if b[MODE] == TAIL:
-            b[MODE], b[CAUSE] = STICKING, NOTHING if pinched else STICK
-            b[GAP], b[RATE], b[FIRST], b[ACCUMULATION], b[SLIP_DIRECTION] = 0.0, 0.0, 0.0, 0.0, 0.0
-    decide_contacts(model, new, TAIL)
-    for k in range(len(bodies)):
-        if s.bodies[k, MODE] == TAIL and bodies[k, MODE] == STICKING:
-            bodies[k, CAUSE] = STICK
-    new = report_first(model, new, 0.0)
-    return Step(tau, True, False, 1, new, begin_after(model, new, start.osc, start.load))
+def _first_event(model, s, start, tail):
+    """The first event of all: when, whose, at which side of the search, evaluations, whether the
+    search gave up, and whether a slide stops.
 
-
-@compiled
-def _fly(model, s, start):
-    """Go to the first event of all."""
-    count = len(s.bodies)
+    The end of a tail is no mass's. Nor is the end of the time for which the force is smooth.
+    """
+    if tail >= 0:
+        return abs(float(s.bodies[tail, ACCUMULATION])), -1, 0.0, 1, False, False
     limit = min(HORIZON, horizon(start.osc.forcing, start.primary.phase))
     last, first, side, steps, gave_up, stops = limit, -1, 0.0, 1, False, False
-    for k in range(count):
+    for k in range(len(s.bodies)):
         m, b = mass_at(model, k), body_in(s.bodies, k)
         found = next_event(model.friction, model.single, m, b, start, last, 0.0, 0.0)
         steps += found.steps
@@ -146,33 +162,19 @@ def _fly(model, s, start):
             last, first = found.tau, -1
         elif abs(found.side) == 1.0 and found.tau <= last and (first < 0 or found.tau < last):
             last, first, side, stops = found.tau, k, found.side, found.stops
-    arrives, wall = -1, 0.0
-    if first >= 0 and s.bodies[first, MODE] == FLIGHT and not stops:
-        arrives, wall = first, side * float(s.bodies[first, SIDE])
-    periods, time, x, v, bodies = all_after(model, s, start, last, arrives, wall)
-    clamp_slides(bodies)
-    v_before, loss, hits = v, 0.0, False
-    for k in range(count):
-        hits = hits or bool(bodies[k, ARRIVES] != 0.0)
-    # A release at the instant of an impact: the impact and the forces after it decide.
-    if first >= 0 and (stops or not hits):
-        release(model, segment_of_all(periods, time, x, v, bodies), first, side)
-    if hits:
-        v, loss = hit(model, v, bodies)
-    here = segment_of_all(periods, time, x, v, bodies)
-    if hits or stops or first < 0:
-        decide_contacts(model, here, TAIL)
-    begun = begin_after(model, here, start.osc, start.load)
-    if hits:
-        v, closed = close(model, here, begun)
-        if close_pinch(model, bodies) or closed:
-            here = segment_of_all(periods, time, x, v, bodies)
-            begun = begin_after(model, here, begun.osc, begun.load)
-    for k in range(count):
-        if bodies[k, CAUSE] != NOTHING:
-            bodies[k, ALONE] = 0.0
-    new = report_first(model, _after(here, v_before), loss)
-    return Step(last, new.cause != NOTHING, gave_up, steps, new, begun)
+    return last, first, side, steps, gave_up, stops
+
+
+@compiled
+def _end_tail(bodies):
+    """The end of a tail: its masses stick, unless a pinch leaves them without pressing force."""
+    # Slides that have turned round since may let go of what rests.
+    pinched = is_pinched(bodies) or np.any(bodies[:, SLIP_DIRECTION] != 0.0)
+    for k in range(len(bodies)):
+        b = bodies[k]
+        if b[MODE] == TAIL:
+            b[MODE], b[CAUSE] = STICKING, NOTHING if pinched else STICK
+            b[GAP], b[RATE], b[FIRST], b[ACCUMULATION], b[SLIP_DIRECTION] = 0.0, 0.0, 0.0, 0.0, 0.0
 
 
 _after = changed(MassesSegment, "v_before")
