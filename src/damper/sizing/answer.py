@@ -557,7 +557,7 @@ def _about_building(found: Design) -> str:
     of = "steel" if own is None else f"a Young's modulus of {text_of(own, 'Pa')}"
     text += (
         " Force, time and depth of the hardest impact are an estimate by Hertz: elastic, a ball on "
-        f"flat stops of {of} (`stop_modulus`; Poisson's ratio 0.3), that are thick, on stiff "
+        f"flat stops of {of} (stop_modulus; Poisson's ratio 0.3), that are thick, on stiff "
         "walls."
     )
     limit = yield_speed(contact_modulus(STEEL, STEEL), HARD_STEEL, STEEL.density)
