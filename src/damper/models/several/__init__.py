@@ -13,6 +13,7 @@ import numpy as np
 from damper.engine import model as declared
 from damper.engine.compiled import compiled
 from damper.engine.forcing import horizon
+from damper.engine.lending import lent
 from damper.engine.model import Step
 from damper.engine.search import GAVE_UP, HORIZON
 from damper.engine.segment import FLIGHT, NOTHING, STICK, STICKING, TAIL
@@ -96,7 +97,8 @@ def _speeds_in_tail(model, segment):
 
 @declared.following.of(Several)
 def _following(model, segment, start):
-    s, count, tail = segment, len(segment.bodies), -1
+    # Whoever calls keeps these, so that nothing below counts references to them.
+    m, s, count, tail = lent(model), lent(segment), len(segment.bodies), -1
     for k in range(count):
         if s.bodies[k, CAUSE] != NOTHING:
             new = report_first(model, with_bodies(s, s.bodies.copy()), 0.0)
@@ -104,12 +106,12 @@ def _following(model, segment, start):
             return Step(0.0, True, False, 1, new, start)
         if s.bodies[k, MODE] == TAIL:
             tail = k
-    last, first, side, steps, gave_up, stops = _first_event(model, s, start, tail)
+    last, first, side, steps, gave_up, stops = _first_event(m, s, lent(start), tail)
     arrives, wall = -1, 0.0
     if first >= 0 and s.bodies[first, MODE] == FLIGHT and not stops:
         arrives, wall = first, side * float(s.bodies[first, SIDE])
-    periods, time, x, v, bodies = all_after(model, s, start, last, arrives, wall)
-    v_before, loss, hits = v, 0.0, False
+    periods, time, x, v, owned = all_after(m, s, lent(start), last, arrives, wall)
+    bodies, v_before, loss, hits = lent(owned), v, 0.0, False
     if tail >= 0:
         _end_tail(bodies)
     else:
@@ -118,18 +120,18 @@ def _following(model, segment, start):
             hits = hits or bool(bodies[k, ARRIVES] != 0.0)
     # A release at the instant of an impact: the impact and the forces after it decide.
     if first >= 0 and (stops or not hits):
-        release(model, segment_of_all(periods, time, x, v, bodies), first, side)
+        release(m, segment_of_all(periods, time, x, v, bodies), first, side)
     if hits:
-        v, loss = hit(model, v, bodies)
+        v, loss = hit(m, v, bodies)
     here, begun, begins = segment_of_all(periods, time, x, v, bodies), start, True
     if hits or stops or first < 0:
-        decide_contacts(model, here, TAIL)
+        decide_contacts(m, here, TAIL)
     while begins:
         # Again where chatter has been closed. One place: it becomes a part of this function.
         begun, begins = begin_after(model, here, begun.osc, begun.load), False
         if hits:
-            v, closed = close(model, here, begun)
-            begins, hits = close_pinch(model, bodies) or closed, False
+            v, closed = close(m, here, lent(begun))
+            begins, hits = close_pinch(m, bodies) or closed, False
             here = segment_of_all(periods, time, x, v, bodies)
     for k in range(count):
         if tail >= 0:
@@ -137,7 +139,8 @@ def _following(model, segment, start):
                 bodies[k, CAUSE] = STICK
         elif bodies[k, CAUSE] != NOTHING:
             bodies[k, ALONE] = 0.0
-    new = report_first(model, _after(here, v_before), loss)
+    here = _after(segment_of_all(periods, time, x, v, owned), v_before)
+    new = report_first(model, here, loss)
     return Step(last, tail >= 0 or new.cause != NOTHING, gave_up, steps, new, begun)
 
 
