@@ -203,9 +203,10 @@ def test_no_random_start_leaves_the_free_mass_where_no_wall_comes() -> None:
     ("given", "own"),
     [
         ({"orientation": "upright"}, {"gravity": 9.81}),
-        (
+        pytest.param(
             {"friction_coefficient": 0.2},
             {"friction_coefficient": 0.2, "transverse_acceleration": 9.81},
+            marks=pytest.mark.exhaustive,
         ),
     ],
 )
