@@ -17,7 +17,7 @@ from new_process import modules_after
 import damper
 from damper.analysis.orbits import follow_orbits
 from damper.figures import modules
-from damper.figures.common.style import THEORY
+from damper.figures.common.style import SKY, THEORY
 from damper.study.digest import files_behind
 from damper.study.kinds import FIGURES
 from damper.theory.small_mass import critical_restitution
@@ -157,7 +157,7 @@ def test_limit_is_drawn_in_place(light: xr.Dataset, upright: bool) -> None:
     assert_nothing_overlaps(figure)
     assert r"small-mass limit $r_\mathrm{crit}(2d/A)$" in legend_texts(figure)
     for ax, omega in zip(figure.axes, (0.3, 1.2), strict=False):
-        (line,) = lines(ax, THEORY)
+        (line,) = lines(ax, SKY)
         d, r = line.get_data() if upright else line.get_data()[::-1]
         amplitude = 1.0 / math.hypot(1.0 - omega**2, 2.0 * 0.05 * omega)
         inside = d < 1.5

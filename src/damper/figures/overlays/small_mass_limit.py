@@ -10,14 +10,14 @@ import numpy as np
 
 from damper.analysis.closed_forms import damper_at, reduced_gap
 from damper.figures.common.panels import legend_line
-from damper.figures.common.style import BLACK, THEORY
+from damper.figures.common.style import BLACK, SKY
 from damper.figures.overlays import Panels
 from damper.parameters.lazy import Artist
 from damper.theory.small_mass import critical_restitution
 
 #: Reduced gaps of the curve, closer where it is steeper; it starts at r_crit(0) = 1.
 _GAPS = np.concatenate([[0.0], math.pi * np.linspace(0.1, 1.0, 61) ** 3])
-_CURVE: dict[str, Any] = {"color": THEORY, "lw": 0.9}
+_CURVE: dict[str, Any] = {"color": SKY, "lw": 0.9}
 
 
 def overlay(panels: Panels) -> list[Artist]:
