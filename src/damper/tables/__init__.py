@@ -141,7 +141,9 @@ def make(kind: str, results: Mapping[str, Any], **settings: Any) -> Table:
 
 def _fixed(cube: xr.Dataset) -> Iterator[str]:
     values = [
-        f"{label_of(name)} {float(cube[name]):g} {units_of(cube[name].attrs)}".removesuffix(" 1")
+        f"{label_of(name)} {float(cube[name]):g} {units_of(cube[name].attrs)}".removesuffix(
+            " 1"
+        ).rstrip()
         for name in fixed_values(cube)
     ]
     if force := force_settings(cube):
