@@ -211,6 +211,7 @@ def events(
         stopped row): what happens to several at one instant is as many rows of one `time`, and a
         mass that another one's impact kicks off its wall is a release. It is shown where there are
         several.
+
     Raises
     ------
     ValueError
