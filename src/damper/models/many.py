@@ -13,6 +13,7 @@ from damper.engine.compiled import compiled, plain
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.segment import (
     COLUMNS,
+    FLIGHT,
     IMPACT,
     NOTHING,
     STICKING,
@@ -209,6 +210,22 @@ _of_body = changed(
     *("x", "v", "gap", "gap_rate", "side", "mode", "cause", "speed", "v_before", "first_speed"),
     *("accumulation", "body", "loss"),
 )
+
+
+@compiled
+def before_event(
+    s: MassesSegment, k: int, mode: float, box: float, velocity: float
+) -> tuple[float, float]:
+    """Velocity and mode of a mass just before the impacts at a segment's start.
+
+    From its velocity after them, its `mode` where it is not hit, and its box's velocity before.
+    """
+    b = s.bodies[k]
+    told = k == int(s.body) and s.cause == IMPACT
+    if told or b[CAUSE] == IMPACT:
+        return box + float(b[SIDE]) * (s.speed if told else float(b[SPEED])), FLIGHT
+    # A mass that is not hit goes on; a mass that sticks moves with its box.
+    return box if mode == STICKING else velocity, mode
 
 
 @compiled

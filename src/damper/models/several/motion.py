@@ -8,10 +8,19 @@ from damper.engine import model as declared
 from damper.engine.compiled import compiled
 from damper.engine.oscillator import arrive, increments
 from damper.engine.search import HORIZON, ROUNDOFF
-from damper.engine.segment import FLIGHT, IMPACT, RESTING, STICKING, TAIL, clock_after
+from damper.engine.segment import FLIGHT, RESTING, TAIL, clock_after
 from damper.engine.tuples import changed
 from damper.models.flights import Bounce, bounce_at, bounce_from
-from damper.models.many import ACCUMULATION, CAUSE, GAP, MODE, RATE, SIDE, SPEED, MassesSegment
+from damper.models.many import (
+    ACCUMULATION,
+    GAP,
+    MODE,
+    RATE,
+    SIDE,
+    SPEED,
+    MassesSegment,
+    before_event,
+)
 from damper.models.several.bodies import (
     ALONE,
     ARRIVES,
@@ -200,16 +209,10 @@ def _masses_at(model, segment, tau, masses):
         b = bodies[k]
         side = float(b[SIDE])
         masses[k, 0] = x + side * (float(model.masses[k, CLEARANCE]) - float(b[GAP]))
-        # A mass that is not hit goes on; a mass that sticks moves with the primary.
-        masses[k, 1] = v - side * float(b[RATE])
-        masses[k, 2] = float(s.bodies[k, MODE])
+        u, mode = v - side * float(b[RATE]), float(s.bodies[k, MODE])
         if tau == declared.BEFORE:
-            told = k == int(s.body) and s.cause == IMPACT
-            if told or b[CAUSE] == IMPACT:
-                masses[k, 1] = s.v_before + side * (s.speed if told else float(b[SPEED]))
-                masses[k, 2] = FLIGHT
-            elif b[MODE] == STICKING:
-                masses[k, 1] = s.v_before
+            u, mode = before_event(s, k, mode, s.v_before, u)
+        masses[k, 1], masses[k, 2] = u, mode
     return x, s.v_before if tau == declared.BEFORE else v
 
 

@@ -8,8 +8,17 @@ from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.impact import restitution_at
 from damper.engine.lending import lent
 from damper.engine.search import ROUNDOFF
-from damper.engine.segment import FLIGHT, IMPACT, STICKING, TAIL, clock_after
-from damper.models.many import ACCUMULATION, CAUSE, GAP, MODE, RATE, SIDE, SPEED, MassesSegment
+from damper.engine.segment import FLIGHT, TAIL, clock_after
+from damper.models.many import (
+    ACCUMULATION,
+    GAP,
+    MODE,
+    RATE,
+    SIDE,
+    SPEED,
+    MassesSegment,
+    before_event,
+)
 from damper.models.structure.constants import (
     ARRIVES,
     BEFORE,
@@ -150,20 +159,14 @@ def _masses_at(model, segment, tau, masses):
         here = state_after(model, segment, begin(model, segment, 2), tau)
     is_before = tau == declared.BEFORE
     for k in range(len(here.bodies)):
-        b, before = here.bodies[k], box_at(model, here, BEFORE, k)
-        masses[k, 0], masses[k, 1] = place_of(model, here, k)
-        masses[k, 2] = segment.bodies[k, MODE]
-        if not is_before:
-            continue
-        masses[k, 2] = b[PREVIOUS]
-        told = k == int(segment.body) and segment.cause == IMPACT
-        if told or b[CAUSE] == IMPACT:
-            masses[k, 1] = before + b[SIDE] * (segment.speed if told else float(b[SPEED]))
-        elif b[PREVIOUS] == STICKING:
-            masses[k, 1] = before
-    return box_at(model, here, DISPLACEMENT, 0), box_at(
-        model, here, BEFORE if is_before else VELOCITY, 0
-    )
+        place, u = place_of(model, here, k)
+        mode = float(segment.bodies[k, MODE])
+        if is_before:
+            mode, box = float(here.bodies[k, PREVIOUS]), box_at(model, here, BEFORE, k)
+            u, mode = before_event(here, k, mode, box, u)
+        masses[k, 0], masses[k, 1], masses[k, 2] = place, u, mode
+    order = BEFORE if is_before else VELOCITY
+    return box_at(model, here, DISPLACEMENT, 0), box_at(model, here, order, 0)
 
 
 @declared.begin_samples.of(OnStructure)
