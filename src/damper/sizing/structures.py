@@ -19,7 +19,6 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from damper.parameters import State
 from damper.parameters.dampers import SIParameters
 from damper.parameters.lazy import pd
 from damper.parameters.names import unknown_name
@@ -314,7 +313,7 @@ class StructureJudge(Judge):
 
         m = self.machine
         p = self.parameters(run)
-        found = measured(p, self.cycles(p, run.case.longer), state=self.start(run))
+        found = measured(p, self.cycles(p, run.case.longer), state=p.started(**self.start(run)))
         at_point = float(found[m.counts][[*m.made.points].index(m.point)])
         return {m.counts: at_point} | {name: float(found[name][0]) for name in _OF_MASS}
 
@@ -336,19 +335,23 @@ class StructureJudge(Judge):
         run = {"transient": 0, "periods": {"time": rounded(m.record.end + after, 8)}}
         return RunSettings(**run).cycles(p.cycle, p.forcing.end)  # type: ignore[arg-type]
 
-    def start(self, run: BoxedRun) -> State:
-        """State of a case: a part of the motion without a damper, the free mass anywhere."""
-        case, gap = run.case, self.sizes(run.damper, run.case.off)["gap"]
-        box = self.machine.made.boxes[run.damper.box]
+    def start(self, run: BoxedRun) -> dict[str, list[float]]:
+        """Start of a case: a part of the motion without a damper, the free mass anywhere.
+
+        Arguments of `StructureParameters.started`.
+        """
+        case, box = run.case, self.machine.made.boxes[run.damper.box]
         if not case.hertz:
-            rest = np.zeros(len(box)).tolist()
-            return State(rest, rest, 0.5 * gap * case.place, 0.0)
+            return {"position": [case.place]}
         alone, rate = self.machine.alone(case.hertz[0]), 2.0 * math.pi * case.hertz[0]
         turned = case.part * np.exp(2j * math.pi * case.turn) * alone
         x, v = turned.imag, rate * turned.real  # of q sin(omega t) at 0
-        fast = rate * float(abs(box @ alone))
-        y = float(box @ x) + 0.5 * gap * case.place
-        return State(x.tolist(), v.tolist(), y, float(box @ v) + case.speed * fast)
+        return {
+            "displacement": x.tolist(),
+            "velocity": v.tolist(),
+            "position": [case.place],
+            "relative_velocity": [case.speed * rate * float(abs(box @ alone))],
+        }
 
     def carrier_mass(self, damper: BoxedDamper) -> float:
         """Mass in kg that a free mass is compared with."""
@@ -365,7 +368,8 @@ class StructureJudge(Judge):
             p = self.parameters(run)
             cycles = self.cycles(p)
             samples = math.ceil(_SAMPLES * m.lowest * 2.0 * math.pi / p.forcing_frequency)
-            found = measured(p, cycles, samples, math.floor(cycles[1]), self.start(run))
+            state = p.started(**self.start(run))
+            found = measured(p, cycles, samples, math.floor(cycles[1]), state)
             made |= {"time": found["time"], name: found["displacement"][:, place]}
         return pd.DataFrame(made)
 
@@ -378,14 +382,7 @@ class StructureJudge(Judge):
             del rest["parameters"]["forcing_frequency"]
             rest["axes"]["forcing_frequency"] = {"values": self.band, "unit": "Hz"}
         run = BoxedRun(damper, hardest)
-        state, box = self.start(run), self.machine.made.boxes[damper.box]
-        worst = self._study("its worst case", run)
-        worst["start"] = {
-            "displacement": list(state.x),
-            "velocity": list(state.v),
-            "position": [hardest.place],
-            "relative_velocity": [state.u - float(box @ state.v)],
-        }
+        worst = self._study("its worst case", run) | {"start": self.start(run)}
         return {"from_rest": rest, "worst": worst}
 
     def _study(self, title: str, run: BoxedRun) -> dict[str, Any]:
