@@ -179,6 +179,10 @@ def test_settings_in_plain_values_make_the_same_parameters(tmp_path):
         ({"axes": {}}, "'gap_0' is no dimension of the cube"),
         ({"history": 3}, "the window has 2 cycles"),
         ({"observers": {"impacts": None}}, "impacts does not know boxes on a structure"),
+        (
+            {"observers": {"stroboscopic_section": None, "impact_section": None}},
+            "both write 'displacement'",
+        ),
         ({"observers": {"trajectory": None}}, "history of a run has variables or dimensions"),
         ({"observers": {"burst": None}}, r"'burst' \(did you mean 'bursts'\?\)|unknown observer"),
         ({"start": {"displacement": [0.1]}}, "displacement has 1 values: must be 2"),

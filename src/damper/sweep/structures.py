@@ -49,10 +49,9 @@ def measured_grid(
     places = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
     points = [parameters.having(place) if place else parameters for place in places]
     states = [state if start is None else point.started(**start) for point in points]
-    more = engine, observers
     found = in_threads(
         [
-            partial(measured, point, cycles, samples, history, own, *more)
+            partial(measured, point, cycles, samples, history, own, engine, observers)
             for point, own in zip(points, states, strict=True)
         ],
         workers,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -342,19 +342,20 @@ class StructureStudy(StudyFile):
         if self.history > self.periods:
             message = f"the window has {self.periods} cycles"
             mistakes.add(("history",), message, f"up to {self.periods}")
+        shown = [v.name for v in VARIABLES if self.history or "instant" not in v.dims]
+        of_history = "instant" if self.history else ""
         observed: list[Variable] = []
-        for name in self.observers:
-            try:
-                [one] = make_observers(self._observed((name,)), boxes=True)
-            except ValueError as error:
-                mistakes.add(("observers", name), str(error))
-                continue
-            own = [v.name for v in VARIABLES if self.history or "instant" not in v.dims]
-            of_history = "instant" if self.history else ""
-            if any(v.name in own or of_history in v.dims for v in one.variables):
+        try:
+            made_observers = make_observers(self._observed, boxes=True)
+        except ValueError as error:
+            mistakes.add(("observers",), str(error))
+            made_observers = []
+        for one in made_observers:
+            if any(v.name in shown or of_history in v.dims for v in one.variables):
                 message = "the history of a run has variables or dimensions of this name"
-                mistakes.add(("observers", name), message, "left out, or history: 0")
+                mistakes.add(("observers", one.name), message, "left out, or history: 0")
             observed += one.variables
+        shown += [v.name for v in observed]
         known = {*self.axes, *DIMENSIONS, *(dim for v in observed for dim in v.dims)}
         for section, stem, made in self.products():
             for key in ("along", "lines", "panels"):
@@ -362,16 +363,15 @@ class StructureStudy(StudyFile):
                 if dim is not None and dim not in known:
                     message = f"'{dim}' is no dimension of the cube"
                     mistakes.add((section, stem, key), message, ", ".join(sorted(known)))
-            shown = [v.name for v in VARIABLES if self.history or "instant" not in v.dims]
-            shown += [v.name for v in observed]
             for i, variable in enumerate(made.variables):
                 if variable not in shown:
                     message = f"'{variable}' is not in the cube"
                     mistakes.add((section, stem, "variables", i), message, ", ".join(shown))
 
-    def _observed(self, names: Iterable[str]) -> dict[str, dict[str, Any]]:
-        """Settings of these observers, of all free masses."""
-        given = {name: given_settings(self.observers[name]) for name in names}
+    @property
+    def _observed(self) -> dict[str, dict[str, Any]]:
+        """Settings of the observers, of all free masses."""
+        given = {name: given_settings(entry) for name, entry in self.observers.items()}
         return of_all_masses(given, len(self.masses))
 
     def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
@@ -389,7 +389,7 @@ class StructureStudy(StudyFile):
         if numbers := self.start.numbers:
             settings["start"] = numbers
         if self.observers:
-            settings["observers"] = self._observed(self.observers)
+            settings["observers"] = self._observed
         loads = ("damper.models.structure", *(f"damper.observers.{n}" for n in self.observers))
         return {
             name: Job(f"{_HERE}.runs", {**settings, "at": at}, loads=loads)
@@ -418,7 +418,7 @@ class StructureStudy(StudyFile):
             "fixed": self.fixed,
         }
         if self.observers:
-            settings["observers"] = self._observed(self.observers)
+            settings["observers"] = self._observed
         return {"cube.nc": Job(f"{_HERE}.runs", settings, needs=tuple(self._split[0]))}
 
     @property
