@@ -449,17 +449,24 @@ def _by_closed_forms(judge: WorstCase) -> Design:
     return replace(found, materials=_materials(m, of_each), masses=_masses(judge, masses))
 
 
+def _row(m: Any, damper: Any, value: float, alone: float | None = None) -> dict[str, str]:
+    """A damper with what counts, and that over the one without damper where that is given."""
+    row = {
+        "free mass": text_of(damper.mass, "kg"),
+        "gap": text_of(damper.gap, "m"),
+        m.measured[2]: text_of(value, m.measured[1]),
+    }
+    if alone is not None:
+        row["of that without"] = f"{100.0 * value / alone:.3g} %" if alone < math.inf else ""
+    return row
+
+
 def _of_each(
     m: Any, of_each: Sequence[tuple[Any, float]], named: Callable[[Any], list[dict[str, str]]]
 ) -> pd.DataFrame | None:
     """Dampers by what counts, with what names each of them; it may have several names."""
     rows = [
-        {
-            **names,
-            "free mass": text_of(damper.mass, "kg"),
-            "gap": text_of(damper.gap, "m"),
-            m.measured[2]: text_of(value, m.measured[1]),
-        }
+        names | _row(m, damper, value)
         for damper, value in sorted(of_each, key=lambda one: one[1])
         for names in named(damper)
     ]
@@ -472,18 +479,10 @@ def _counts(m: Any, tried: Sequence[tuple[Any, Any]]) -> pd.DataFrame | None:
         return None
     judge = tried[0][0].judge
     alone = float(_without(judge, judge.fine).max())
-    rows = []
-    for search, damper in tried:
-        value = search.bounds[damper]
-        row = {
-            "units": f"{search.judge.count}",
-            "free mass": text_of(damper.mass, "kg"),
-            "gap": text_of(damper.gap, "m"),
-            m.measured[2]: text_of(value, m.measured[1]),
-            "of that without": f"{100.0 * value / alone:.3g} %" if alone < math.inf else "",
-        }
-        rows.append(row)
-    return pd.DataFrame(rows)
+    return pd.DataFrame(
+        {"units": f"{search.judge.count}"} | _row(m, damper, search.bounds[damper], alone)
+        for search, damper in tried
+    )
 
 
 def _materials(m: Any, of_each: Sequence[tuple[Any, float]]) -> pd.DataFrame | None:
@@ -502,16 +501,7 @@ def _materials(m: Any, of_each: Sequence[tuple[Any, float]]) -> pd.DataFrame | N
 def _masses(judge: Any, of_each: Sequence[tuple[Sizes, float]]) -> pd.DataFrame | None:
     """Table of dampers with the largest value of each, and that over the one without."""
     m, alone = judge.machine, float(_without(judge, judge.fine).max())
-    rows = [
-        {
-            "free mass": text_of(damper.mass, "kg"),
-            "gap": text_of(damper.gap, "m"),
-            m.measured[2]: text_of(value, m.measured[1]),
-            "of that without": f"{100.0 * value / alone:.3g} %" if alone < math.inf else "",
-        }
-        for damper, value in of_each
-        if value < math.inf
-    ]
+    rows = [_row(m, damper, value, alone) for damper, value in of_each if value < math.inf]
     return pd.DataFrame(rows) if len(rows) > 1 else None
 
 
