@@ -70,7 +70,7 @@ def tried_compiler(options: dict[str, Any]) -> type[Compiler]:
     A trial takes some .3 s. `options` are those of an inner function.
     """
     if numba.version_info.short != _TESTED:
-        # Apart, so that the trial runs all that is here.
+        # A function that callers share runs the whole of this module.
         apart = options | {"forceinline": False}
         part = numba.njit(pipeline_class=InnerCompiler, **apart)(_double)
         if numba.njit(lambda x: part(x))(1.5) != 3.0:

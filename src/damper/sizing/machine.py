@@ -234,7 +234,7 @@ class Room(RoomBase):  # type: ignore[misc]
 
     @property
     def weight(self) -> dict[str, float]:
-        """What weight does to the free mass, as quantities of a run; nothing if it does not."""
+        """Quantities of a run by which weight acts on the free mass; none if it does not."""
         return {}
 
     def written(self) -> dict[str, Any]:
@@ -487,12 +487,12 @@ class Machine(Room, Settings):  # type: ignore[misc]
 
     @property
     def has_closed_forms(self) -> bool:
-        """Whether there are any for what drives it, and for a free mass that weight acts on."""
+        """Whether closed forms know the drive, and weight does not act on the free mass."""
         return not self.is_recorded and not self.weight
 
     @property
     def weight(self) -> dict[str, float]:
-        """What weight does to the free mass, as quantities of a run; nothing if it does not."""
+        """Quantities of a run by which weight acts on the free mass; none if it does not."""
         if self.orientation == UPRIGHT:
             return {"gravity": GRAVITY}
         pressed = {"transverse_acceleration": GRAVITY}

@@ -78,7 +78,7 @@ _MORE, _SEEDS = 500, 1000
 _NEAR_PLACE, _NEAR_OFF = 0.05, 0.125
 #: The worst motion is followed to the next frequencies of the band: in so many steps.
 _FINER = 8
-#: What stirs the free mass, and what sets several apart.
+#: Initial quantity that stirs the free mass, and that by which several masses begin apart.
 _SPEED, _SPACING = "initial_relative_velocity", "initial_spacing"
 
 
