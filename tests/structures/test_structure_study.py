@@ -178,6 +178,7 @@ def test_settings_in_plain_values_make_the_same_parameters(tmp_path):
         ({"axes": {"gap_0": {"values": [1.0], "unit": "Hz"}}}, "gap_0 is not in Hz here"),
         ({"axes": {}}, "'gap_0' is no dimension of the cube"),
         ({"history": 3}, "the window has 2 cycles"),
+        ({"observers": {"decay": None}}, "observers.decay.*a force drives the damper"),
         ({"observers": {"impacts": None}}, "impacts does not know boxes on a structure"),
         (
             {"observers": {"stroboscopic_section": None, "impact_section": None}},

@@ -120,6 +120,8 @@ def test_sequences_make_dimensions():
         ("segments", {"periods": 1}),
         ("trajectory", {"samples_per_period": 8, "events": 20, "length": 1.5}),
         ("harvest", {"coefficient": 2.0}),
+        ("statistics", {"batches": 9, "above": 1e-3}),
+        ("decay", {"half_cycles": 20}),
     ],
 )
 def test_observers_see_on_one_mode_what_they_see_on_an_oscillator(name, settings):
@@ -131,6 +133,9 @@ def test_observers_see_on_one_mode_what_they_see_on_an_oscillator(name, settings
     driven = {"force_amplitude": 1.0, "forcing_frequency": 6.0}
     oscillator = {"primary_mass": 2.0, "damping": 0.2 * rate, "stiffness": 2.0 * rate**2}
     more = {"transient": 3, "periods": 6, "observers": {name: settings}}
+    if name == "decay":
+        driven |= {"forcing": "none", "force_amplitude": 0.0}
+        more |= {"transient": 0, "state": damper.State(0.05, 0.0, 0.05, 0.0)}
     found = damper.simulate(structure=one, masses=[mass], **driven, **more)
     wanted = damper.simulate(damper.SIParameters(**oscillator, **mass, **driven), **more)
     for variable in set(wanted.data_vars) - {"status"}:
@@ -154,6 +159,81 @@ def test_each_mass_has_a_box_of_its_own():
     assert set(hit) == {0, 1}
     assert (abs(jump.values[hit, range(len(hit))]) > 1e-9).all()
     assert (abs(jump.values[1 - hit, range(len(hit))]) < 1e-14).all()
+
+
+THREE = damper.Structure.from_modes(
+    [1.0, 2.7, 5.2],
+    [0.02, 0.01, 0.01],
+    {"tip": [1.0, 0.6, -0.4], "deck": [0.4, -0.9, 0.5], "force": [1.0, 0.6, 0.3]},
+)
+TIED = {"box": "deck", "free_mass": 0.1, "gap": 0.02, "tie_stiffness": 3.0, "tie_damping": 0.05}
+TWO = [{"box": "tip", "free_mass": 0.1, "gap": 0.04}, TIED]
+
+
+def test_a_decay_is_that_of_each_box_and_its_energy_that_of_all():
+    """Peaks and times by dense samples of the boxes, energies by those of the modes."""
+    p = damper.SIParameters(structure=THREE, masses=TWO, forcing="none", restitution=0.5)
+    start = damper.State([0.1, 0.02, 0.0], [0.0] * 3, [0.11, 0.02], [0.0, 0.0])
+    observers = {"decay": {"half_cycles": 60, "parts": [0.8, 0.3]}}
+    cube = damper.simulate(p, state=start, transient=0, periods=4, observers=observers)
+    run = damper.run(p, 4.0, start, samples_per_period=800)
+    time, moved = run.motion.time.values, run.motion.displacement
+    for body, place in enumerate(("tip", "deck")):
+        x, own = moved.sel(point=place).values, cube.sel(body=body)
+        halves = np.split(np.arange(len(x)), np.flatnonzero(np.diff(np.sign(x))) + 1)[:-1]
+        tops = np.array([half[np.argmax(abs(x[half]))] for half in halves])
+        count = own.half_cycles.item()
+        assert count - len(tops) in (0, 1)
+        assert own.peak_time.values[: len(tops)] == pytest.approx(time[tops], abs=2e-3)
+        peaks = abs(x[tops])
+        assert own.peak_amplitude.values[: len(tops)] == pytest.approx(peaks, rel=1e-3, abs=1e-5)
+        for part, fall in zip((0.8, 0.3), own.fall_time.values, strict=True):
+            last = np.flatnonzero(peaks > part * peaks[0])[-1]
+            if last == len(peaks) - 1:
+                assert math.isnan(fall)
+                continue
+            logs = np.log(peaks[last : last + 2] / (part * peaks[0]))
+            share = logs[0] / (logs[0] - logs[1])
+            wanted = time[tops[last]] + share * (time[tops[last + 1]] - time[tops[last]])
+            assert fall == pytest.approx(wanted - time[tops[0]], abs=1e-2)
+    assert np.isfinite(cube.fall_time.values).any()
+    energy = 0.5 * np.array([0.1, 0.02]) ** 2 @ (2.0 * math.pi * np.array([1.0, 2.7])) ** 2
+    energy += 0.5 * 3.0 * (0.02 - (0.4 * 0.1 - 0.9 * 0.02)) ** 2
+    assert cube.energy_at_start.item() == pytest.approx(energy, rel=1e-13)
+    results = run.results
+    assert cube.energy_to_impacts.values == pytest.approx(4 * results.impact_power.values)
+    lost = 4 * (results.mode_power.sum() + results.tie_power.sum())
+    assert cube.energy_to_dashpot.item() == pytest.approx(lost.item(), rel=1e-12)
+    parts = cube.energy_to_impacts.sum() + cube.energy_to_dashpot + cube.energy_left
+    assert parts.item() == pytest.approx(energy, rel=1e-12)
+
+
+def test_statistics_are_those_of_the_structure_and_of_each_mass():
+    """Powers and energies of the modes as measured without observers; means of samples."""
+    driven = {"force_amplitude": 2.0, "forcing_frequency": "1 Hz"}
+    p = damper.SIParameters(structure=THREE, masses=TWO, restitution=0.5, **driven)
+    observers = {"statistics": {"batches": 8, "above": 1e-4}}
+    cube = damper.simulate(p, transient=1, periods=2, observers=observers)
+    assert cube.mean_input.dims == ()
+    energy = cube.mean_potential_energy + cube.mean_kinetic_energy
+    lost = cube.mode_power.sum() + cube.tie_power.sum() + cube.impact_power.sum()
+    for found, wanted in (
+        (energy, cube.mean_energy.sum()),
+        (cube.mean_input, cube.input_power),
+        (cube.mean_loss, lost),
+        (cube.mean_impact_loss.sum(), cube.impact_power.sum()),
+    ):
+        assert found.values == pytest.approx(wanted.values, rel=1e-11)
+    moved = damper.run(p, 3.0, samples_per_period=400).motion.sel(time=slice(1.0, 3.0))
+    apart = moved.free_displacement - moved.displacement.sel(point=["tip", "deck"]).values
+    place = (apart**2).mean("time").values / [4e-4, 1e-4]
+    assert cube.mean_square_place.values == pytest.approx(place, rel=1e-2)
+    kinetic = 0.05 * (moved.free_velocity**2).mean("time").values
+    assert cube.mean_free_mass_energy.values == pytest.approx(kinetic, rel=1e-2)
+    # An impact of restitution 1/2 takes 3/4 of what the masses have in approaching; more where the
+    # other mass sticks.
+    taken = 0.75 * cube.mean_approach_energy * cube.impact_rate
+    assert cube.mean_impact_loss.values == pytest.approx(taken.values, rel=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -116,6 +116,38 @@ def own_share(model: Any, segment: Segment) -> float:
     return 1.0
 
 
+@by_class_or_default
+def drag_of(model: Any) -> float:
+    """Power lost in the dashpot of the primary, over the integrand of `speed_square`."""
+    return 2.0 * model.free.damping  # type: ignore[no-any-return]
+
+
+@by_class_or_default
+def is_of_box(model: Any) -> bool:
+    """Whether the integrals of x^2 and v^2 are those of the box, which is the primary."""
+    return True
+
+
+@by_class_or_default
+def fastest_rate(model: Any) -> float:
+    """Fastest rate of the motion of a box, in flight as in contact."""
+    return max(model.free.rate, model.stuck.rate)
+
+
+@by_class_or_default
+def inertias_of(model: Any, body: int) -> tuple[float, float]:
+    """Mass of a free mass, and the reduced mass of it and its box."""
+    return inertia_of(model.mass_ratio), share_of(model.mass_ratio)
+
+
+@by_class_or_default
+def longest_product(model: Any, segment: Segment, tau: float) -> float:
+    """Longest step that one rule integrates, of products of a free mass's motion and its box's."""
+    rate = 2.0 * model.mass.damping + math.sqrt(model.mass.stiffness)
+    whole = longest_step(primary_of(model, segment), tau)
+    return min(whole, 0.5 * LONGEST_REACH / rate) if rate > 0.0 else whole
+
+
 @by_class
 def own_impulse(model: Any, segment: Segment) -> float:
     """Impulse on the mass whose impact begins a segment."""

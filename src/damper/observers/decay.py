@@ -5,14 +5,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.compiled import compiled
+from damper.engine.compiled import compiled, plain
 from damper.engine.forcing.none import ZeroForce
 from damper.engine.forcing.record import PiecewiseLinear
-from damper.engine.model import motion, read_segment
+from damper.engine.forcing.weighed import WeighedForce
+from damper.engine.model import begin_samples, motion_sample, read_segment
 from damper.engine.roundoff import EPSILON
 from damper.engine.segment import IMPACT, TAIL
 from damper.engine.trajectory import Trajectory
-from damper.models.response import integrate_segment, own_loss, own_share, prepare_tables
+from damper.models.response import (
+    fastest_rate,
+    integrate_segment,
+    own_loss,
+    own_share,
+    prepare_tables,
+)
 from damper.observers.common.base import Observer, Window, part_within, read_record, record_type
 from damper.observers.common.settings import BODIES, Setting
 from damper.observers.response import TOTALS, follow, lost_between_impacts
@@ -60,7 +67,7 @@ class Decay(Observer):
     stays missing but `vibration`, which says so, and studies refuse it.
     """
 
-    models = ON_PRIMARY
+    models = (*ON_PRIMARY, "structure")
     bodies = BODIES
     half_cycles = Setting(
         1000, "Half cycles of each run that are listed, the first ones.", ge=3, le=10_000_000
@@ -100,7 +107,7 @@ class Decay(Observer):
         ),
         Variable(
             "fall_time",
-            "time from the first peak until peaks are down to a part of it",
+            "time from the first peak until peaks are down to a part of it for good",
             TIME,
             ("part",),
             comment="on the exponential between the two peaks; missing where none is so low",
@@ -131,6 +138,9 @@ class Decay(Observer):
     )
 
     shared = tuple(v.name for v in variables if v.name != "energy_to_impacts")
+    of_box = tuple(
+        v.name for v in variables if v.name in ("half_cycles", "fall_time") or "half_cycle" in v.dims
+    )
 
     def size(self, dim: str, window_length: int) -> int:
         """Number of half cycles or of parts."""
@@ -146,8 +156,8 @@ class Decay(Observer):
         model = self._model
         # A free mass that varies drives the primary as a force does.
         self._is_free = _ends_before(model.free.forcing, self._window) and not _varies(model)
-        self._step = _STEP / max(model.free.rate, model.stuck.rate)
         self._tables = prepare_tables(model)
+        self._step = _STEP / plain(fastest_rate)(model)
         self._totals = np.zeros(1, TOTALS)
         self._half = np.zeros(1, _HALF)
         # Times and peaks, then those of the fall.
@@ -194,6 +204,8 @@ class Decay(Observer):
 
 def _ends_before(forcing: Any, window: Window) -> bool:
     """Whether nothing drives the damper within the window."""
+    if isinstance(forcing, WeighedForce):
+        forcing = forcing.forcing
     if not isinstance(forcing, PiecewiseLinear) or forcing.value[-1]:
         return isinstance(forcing, ZeroForce)
     cycles, time = forcing.cycles[-1], forcing.time[-1]
@@ -226,18 +238,18 @@ def _find(model, log, window, step, peaks):
         start, low, high = part_within(s, model.cycle, window)
         if high < low:
             continue
-        tau = low
-        x, v, _, _ = motion(model, s, tau)
+        begun, tau = begin_samples(model, s), low
+        x, v, _, _ = motion_sample(model, s, begun, tau)
         if half.side == 0.0 and half.highest == 0.0 and x * v < 0.0:
             half.highest = -1.0  # on its way to zero: no half cycle ends there
             half.side = math.copysign(1.0, x)
         _note(start + tau, x, peaks)
         while tau < high:
             end = min(tau + step, high)
-            x, v_end, _, _ = motion(model, s, end)
+            x, v_end, _, _ = motion_sample(model, s, begun, end)
             if v * v_end < 0.0:
-                turn = _turning_time(model, s, tau, end, v, v_end)
-                x_turn, _, _, _ = motion(model, s, turn)
+                turn = _turning_time(model, s, begun, tau, end, v, v_end)
+                x_turn, _, _, _ = motion_sample(model, s, begun, turn)
                 _note(start + turn, x_turn, peaks)
             _note(start + end, x, peaks)
             tau = end
@@ -287,7 +299,9 @@ def _end_half_cycle(peaks):
         half.first_moment = half.moment
     for k in range(len(peaks.parts)):
         level = peaks.parts[k] * half.first
-        if half.highest <= level and math.isnan(peaks.falls[k]):
+        if half.highest > level:
+            peaks.falls[k] = math.nan
+        elif math.isnan(peaks.falls[k]):
             share = math.log(half.last / level) / math.log(half.last / half.highest)
             moment = half.last_moment + share * (half.moment - half.last_moment)
             peaks.falls[k] = moment - half.first_moment
@@ -297,7 +311,7 @@ def _end_half_cycle(peaks):
 
 
 @compiled
-def _turning_time(model, segment, low, high, v_low, v_high):
+def _turning_time(model, segment, begun, low, high, v_low, v_high):
     """Time in a step at which v vanishes: regula falsi, Illinois variant, kept in the bracket."""
     tau = low
     last = 0.0
@@ -305,7 +319,7 @@ def _turning_time(model, segment, low, high, v_low, v_high):
         tau = low - v_low * (high - low) / (v_high - v_low)
         if not low < tau < high:
             tau = 0.5 * (low + high)
-        _, v, _, _ = motion(model, segment, tau)
+        _, v, _, _ = motion_sample(model, segment, begun, tau)
         if v == 0.0 or high - low <= EPSILON * high:
             break
         if (v > 0.0) == (v_low > 0.0):

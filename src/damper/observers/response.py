@@ -10,14 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from damper.engine.compiled import compiled
+from damper.engine.compiled import compiled, plain
 from damper.engine.forcing.harmonic import HarmonicForce
 from damper.engine.loop import FINISHED
 from damper.engine.model import read_segment
-from damper.engine.segment import IMPACT
 from damper.engine.trajectory import Trajectory
 from damper.models.extremes import primary_extremes
-from damper.models.response import impact_loss, integrate_segment, prepare_tables, stored_energy
+from damper.models.response import (
+    drag_of,
+    integrate_segment,
+    lost_at_start,
+    prepare_tables,
+    stored_energy,
+)
 from damper.observers.common.base import (
     LEAVE_ALONE,
     Observer,
@@ -249,7 +254,7 @@ class Response(Observer):
 
 def lost_between_impacts(model: Any, total: Any) -> tuple[float, float]:
     """Energy lost in dashpots and in dry friction, by the fields of `TOTALS`."""
-    return 2.0 * model.free.damping * total.speed_square + total.support, total.friction
+    return plain(drag_of)(model) * total.speed_square + total.support, total.friction
 
 
 @compiled
@@ -277,9 +282,7 @@ def follow(model: Any, tables: tuple, log: np.ndarray, window: Window, totals: n
             continue
         last = index
         last_tau = high
-        lost = 0.0
-        if s.cause == IMPACT and start >= 0.0:
-            lost = impact_loss(model, s)
+        lost = lost_at_start(model, s) if start >= 0.0 else 0.0
         if start < 0.0 or total.begun == 0.0:
             first = index
             first_tau = low

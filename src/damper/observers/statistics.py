@@ -4,20 +4,27 @@ import math
 
 import numpy as np
 
-from damper.engine.compiled import compiled
-from damper.engine.impact import inertia_of, share_of
-from damper.engine.model import motion, read_segment, speeds_in_tail
+from damper.engine.compiled import compiled, plain
+from damper.engine.model import (
+    begin_samples,
+    motion,
+    motion_sample,
+    read_segment,
+    speeds_in_tail,
+)
 from damper.engine.quadrature import FEWEST, LONGEST_REACH, NODES, WEIGHTS, nodes_for
 from damper.engine.segment import FLIGHT, IMPACT, TAIL
 from damper.engine.trajectory import Trajectory
 from damper.models.response import (
+    drag_of,
+    inertias_of,
     integrate_segment,
-    longest_step,
+    is_of_box,
+    longest_product,
     lost_at_start,
     own_loss,
     own_share,
     prepare_tables,
-    primary_of,
 )
 from damper.observers.common.base import Observer, Window, part_within, record_type, visible_in_tail
 from damper.observers.common.limits import mean_within
@@ -71,7 +78,7 @@ class Statistics(Observer):
     Everything stays missing where the run stopped early.
     """
 
-    models = ("rigid", "grounded", "sliding")
+    models = ("rigid", "grounded", "sliding", "structure")
     bodies = BODIES
     batches = Setting(20, "Equal parts of the window that make the limits.", ge=8, le=10_000)
     confidence = Setting(0.95, "Of the limits.", gt=0, lt=1)
@@ -92,6 +99,7 @@ class Statistics(Observer):
         """Start on a run."""
         super().begin(run, trajectory, window)
         self._tables = prepare_tables(self._model)
+        self._body = trajectory.body or 0
         self._above = self.above / trajectory.units.speed
         self._sums = np.zeros(self.batches, _SUMS)
 
@@ -103,10 +111,10 @@ class Statistics(Observer):
         """Write the run's results."""
         if not finished:
             return
-        mass, cycle = self._model.mass_ratio, self._model.cycle
+        cycle, (mass, reduced) = self._model.cycle, plain(inertias_of)(self._model, self._body)
         # Factor of each quotient of sums.
-        factors = {"x2": 0.5, "v2": 0.5, "u2": 0.5 * inertia_of(mass), "place2": 1.0}
-        factors["approach2"] = 0.5 * share_of(mass)
+        factors = {"x2": 0.5, "v2": 0.5, "u2": 0.5 * mass, "place2": 1.0}
+        factors["approach2"] = 0.5 * reduced
         for name, (_, _, over, under, _) in MEANS.items():
             sums = self._sums[over], self._sums[under]
             found = mean_within(*sums, self.confidence, in_turn=True)
@@ -164,8 +172,8 @@ def _integrate(model, tables, s, low, high, total):
     total.work += part.work
     total.impact_loss += own_share(model, s) * part.loss
     lost = part.loss + part.support + part.friction
-    total.loss += lost + 2.0 * model.free.damping * part.speed_square
-    if s.mode != FLIGHT:
+    total.loss += lost + drag_of(model) * part.speed_square
+    if s.mode != FLIGHT and is_of_box(model):
         # In a tail the free mass is next to the wall, and moves as it does on average.
         _, _, gap, _ = motion(model, s, low)
         place = 1.0 - gap / model.clearance if model.clearance > 0.0 else math.nan
@@ -173,18 +181,15 @@ def _integrate(model, tables, s, low, high, total):
         total.place2 += place * place * (high - low)
         return
     # The free mass's own; the force is that of the primary.
-    rate = 2.0 * model.mass.damping + math.sqrt(model.mass.stiffness)
-    osc = primary_of(model, s)
-    tau = low
+    begun, tau = begin_samples(model, s), low
     while tau < high:
-        whole = longest_step(osc, tau)
-        if rate > 0.0:
-            whole = min(whole, 0.5 * LONGEST_REACH / rate)
+        whole = longest_product(model, s, tau)
         step = min(whole, high - tau)
         nodes = nodes_for(LONGEST_REACH * (step / whole))
         for k in range(nodes):
             weight = step * float(WEIGHTS[nodes - FEWEST, k])
-            _, v, gap, gap_rate = motion(model, s, tau + step * float(NODES[nodes - FEWEST, k]))
+            at = tau + step * float(NODES[nodes - FEWEST, k])
+            _, v, gap, gap_rate = motion_sample(model, s, begun, at)
             u = v - s.side * gap_rate
             place = 1.0 - gap / model.clearance
             total.u2 += weight * u * u

@@ -14,7 +14,7 @@ class StroboscopicSection(Section):
     """The state once per cycle."""
 
     models = (*MODELS, "structure")
-    shared = ("displacement", "velocity")
+    shared = of_box = ("displacement", "velocity")
     when = Setting(0.0, "When in each cycle to look.", "cycles", ge=0, lt=1)
     last = Setting(
         0, "Of so many cycles only, the window's last ones; 0: of all.", ge=0, le=1_000_000

@@ -7,7 +7,7 @@ a force is made of what a study says, and what its class refuses is a mistake in
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import MISSING, fields
 from functools import cache, cached_property
 from inspect import cleandoc
@@ -239,3 +239,23 @@ class _Forces(Kinds):
 
 
 FORCES = _Forces(ForceEntry)
+
+
+#: Why the decay of a vibration is not observed.
+NOT_FREE = ": its vibration is not free, and does not decay by itself"
+
+
+def check_undriven(
+    force: Forcing, amplitudes: Iterable[float], begins: Iterable[float], mistakes: Mistakes
+) -> bool:
+    """Note where a force drives the damper whose decay is observed; whether none does.
+
+    `begins` are times at which windows of the runs begin.
+    """
+    over = bool(force.samples and getattr(force, "after", "") == "zero")
+    over = over and all(begin >= force.end * (1.0 - 1e-12) for begin in begins)
+    if over or force.kind == "none" or not any(amplitudes):
+        return True
+    allowed = "force_amplitude: 0, forcing: none, or a transient up to the end of a record"
+    mistakes.add(("observers", "decay"), f"a force drives the damper{NOT_FREE}", allowed)
+    return False

@@ -11,6 +11,7 @@ from damper.parameters.models import own_feature
 from damper.parameters.names import OF_ANY_MASS, split
 from damper.parameters.quantities import INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.estimate import MOST_SLICES, refuse_excess
+from damper.study.forcing import NOT_FREE, check_undriven
 from damper.study.messages import Mistakes
 from damper.study.model import Study
 from damper.study.products import StudyContents, check_listed
@@ -218,19 +219,13 @@ def _check_models(study: Study, contents: StudyContents, mistakes: Mistakes) -> 
 
 def _check_free(study: Study, mistakes: Mistakes) -> None:
     """Refuse to observe the decay of a vibration that is not free."""
-    force = study.force
-    over = force.samples and getattr(force, "after", "") == "zero"
-    if over:
-        over = all(c * before >= force.end * (1.0 - 1e-12) for c, before, _ in study.windows)
-    if not over and any(p.force_amplitude and force.kind != "none" for p in study.corners):
-        message = "a force drives the damper"
-        allowed = "force_amplitude: 0, forcing: none, or transient: {time: end} after a record"
-    elif "time_varying" in study.features:
-        message, allowed = "the variation of the free mass drives the damper", "a constant mass"
-    else:
+    begins = [cycles * before for cycles, before, _ in study.windows]
+    amplitudes = (point.force_amplitude for point in study.corners)
+    if not check_undriven(study.force, amplitudes, begins, mistakes):
         return
-    message += ": its vibration is not free, and does not decay by itself"
-    mistakes.add(("observers", "decay"), message, allowed)
+    if "time_varying" in study.features:
+        message = "the variation of the free mass drives the damper"
+        mistakes.add(("observers", "decay"), f"{message}{NOT_FREE}", "a constant mass")
 
 
 def _acting_text(name: str, study: Study) -> str:

@@ -37,7 +37,8 @@ class OfEachBody(Observer):
         for observer in self._observers[1:]:
             observer.is_first = boxes
         self.bodies: tuple[int, ...] = self._observers[0].bodies
-        self._shared = () if boxes else self._observers[0].shared
+        of_box = self._observers[0].of_box if boxes else ()
+        self._shared = tuple(n for n in self._observers[0].shared if n not in of_box)
 
     @property
     def name(self) -> str:

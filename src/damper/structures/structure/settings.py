@@ -24,7 +24,7 @@ from damper.parameters.unit_text import SIZES, number_in, split_unit
 from damper.parameters.units import HERTZ
 from damper.parameters.variables import Variable
 from damper.study.fields import NamedMapping, StrictModel, Text, Unit
-from damper.study.forcing import FORCES, ForceEntry
+from damper.study.forcing import FORCES, ForceEntry, check_undriven
 from damper.study.jobs import Job
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
@@ -323,6 +323,11 @@ class StructureStudy(StudyFile):
             damper.started(**self.start.numbers)
         except ValueError as error:
             mistakes.add(("start",), str(error))
+        if "decay" in self.observers:
+            amplitude = self.axes.get("force_amplitude")
+            amplitudes = amplitude.points if amplitude else [damper.force_amplitude]
+            begins = [self.transient * damper.cycle]
+            check_undriven(damper.forcing, amplitudes, begins, mistakes)
         for name, axis in self.axes.items():
             for value in (axis.points[0], axis.points[-1]):
                 try:
@@ -391,6 +396,8 @@ class StructureStudy(StudyFile):
         if self.observers:
             settings["observers"] = self._observed
         loads = ("damper.models.structure", *(f"damper.observers.{n}" for n in self.observers))
+        if self.observers.keys() & {"decay", "statistics"}:
+            loads = (*loads, "damper.models.structure.response")
         return {
             name: Job(f"{_HERE}.runs", {**settings, "at": at}, loads=loads)
             for name, at in outer.items()
