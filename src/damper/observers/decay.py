@@ -61,7 +61,9 @@ class Decay(Observer):
     mass takes no part, and negative where the peaks grow.
 
     Energies are sums over the window, in units of F0^2/K: the energy at the end is the energy at
-    the start less the losses. With `bodies`, each of several masses has its own impact loss.
+    the start less the losses. With `bodies`, each of several masses has its own impact loss. On a
+    structure displacements are those of the box, and energies those of the whole structure, whose
+    dashpots are its damping and the ties.
 
     Under a force, but after the end of a record or noise, and with a free mass that varies, all
     stays missing but `vibration`, which says so, and studies refuse it.
@@ -139,7 +141,9 @@ class Decay(Observer):
 
     shared = tuple(v.name for v in variables if v.name != "energy_to_impacts")
     of_box = tuple(
-        v.name for v in variables if v.name in ("half_cycles", "fall_time") or "half_cycle" in v.dims
+        v.name
+        for v in variables
+        if v.name in ("half_cycles", "fall_time") or "half_cycle" in v.dims
     )
 
     def size(self, dim: str, window_length: int) -> int:

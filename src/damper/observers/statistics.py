@@ -73,7 +73,8 @@ class Statistics(Observer):
     count where neighbours are alike: limits become wide where a batch does not last several times
     as long as the motion remembers. Energies are in units of F0^2/K, per cycle where they are
     powers. An impact counts from an approach speed on. Each of several free masses has its own
-    energy, place and impacts; an energy of approach is that of this mass and the primary alone.
+    energy, place and impacts; an energy of approach is that of this mass and the primary alone. On
+    a structure the energies of the primary are those of the whole structure.
 
     Everything stays missing where the run stopped early.
     """
