@@ -43,8 +43,8 @@ _FREE = {
 #: A ball on a heavy floor, in units of its height and weight: gravity is 1.
 _FLOOR = {"mass_ratio": 1e-6, "damping_ratio": 0.0, "clearance": 10.0, "gravity": 1.0}
 
-#: Time over which an acceleration is the change of the velocity.
-_LITTLE = 1e-6
+#: Time between the three velocities whose parabola has the slope that is an acceleration.
+_LITTLE = 1e-5
 
 
 def truth(kind: str, generator: random.Random) -> dict[str, Any]:
@@ -77,8 +77,8 @@ def recorded(kind: str, true: Mapping[str, Any], noise: float, seed: int) -> dam
         values = motion.displacement.values
         if kind == "acceleration":
             # That right after the sample: masses in touch at the start may part there.
-            later = run.motion(samples + _LITTLE).velocity.values
-            values = (later - motion.velocity.values) / _LITTLE
+            soon, later = (run.motion(samples + k * _LITTLE).velocity.values for k in (1, 2))
+            values = (4.0 * soon - 3.0 * motion.velocity.values - later) / (2.0 * _LITTLE)
         values = values + noise * white.standard_normal(len(values))
         return damper.Recording(samples, values, kind)
     if kind == "intervals":

@@ -38,12 +38,15 @@ _ALIKE = 4.0
 #: ones' worth is enough; and how much larger, over the variance, the sum of squares of the first
 #: ones may be.
 _DRAWN, _HEATS, _ENOUGH, _FAR = 300, (4.0, 2.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), 200.0, 40.0
+#: Degrees of freedom of the distributions t that draw, and fits after each round.
+_TAILS, _MORE_FITS = 5, 3
 #: Part of the probability on each side of an interval.
 _TAIL = 0.025
 #: Longest step of a profile over the range of starts.
 _LONGEST = 0.15
-#: Variance, over the noise that is taken at first, of records that are as exact as the runs.
-_EXACT = 1e-12
+#: Variance, over the noise that is taken at first, of records that are nearly as exact as runs,
+#: and that of runs.
+_EXACT, _RUNS = 1e-12, 1e-14
 #: Degrees of freedom from which on the variance of a window says something.
 _TELLING = 4
 #: Decrease of the sum of squares, over the noise, at which a fit ends: in windows and at last. The
@@ -81,8 +84,8 @@ class Fit:
 
     @property
     def variance(self) -> float:
-        """Variance of the residual, over the noise."""
-        return self.cost / self.freedom
+        """Variance of the residual, over the noise; that of exact records is of the runs."""
+        return max(self.cost / self.freedom, _RUNS)
 
     @cached_property
     def _directions(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -153,10 +156,8 @@ class Fit:
             told = (self.problem.size(k), math.inf) if record.kind in TIMES else None
             if len(some) and (told := record.own_noise or told):
                 noise, known = told
-                # Samples that an impact hides have no part in the sum, but in its weight.
-                power = float(some @ some) * len(some) / len(record.times)
                 freedom = max(share * len(some), 1.0)
-                rms = self.problem.noise[k] * math.sqrt(power / freedom)
+                rms = self.problem.noise[k] * math.sqrt(float(some @ some) / freedom)
                 most = noise * math.sqrt(f.isf(chance, freedom, min(known, 1e9)))
                 if rms > max(most, math.sqrt(_EXACT) * self.problem.size(k)):
                     found[record.label] = rms / noise if noise else math.inf
@@ -193,6 +194,8 @@ class Fitter:
         #: Sum of squares of each record, in its own units, and point of all that was tried on the
         #: whole records.
         self.sums: list[tuple[np.ndarray, np.ndarray]] = []
+        #: Where fits of the whole records have ended.
+        self.fitted: list[np.ndarray] = []
 
     def best(self) -> Fit:
         """Return the best fit of all rounds of starts."""
@@ -204,12 +207,14 @@ class Fitter:
                 begin += count
                 if self.problem.hide(min(found, key=lambda fit: fit.cost).point):
                     self.sums.clear()
+                    self.fitted.clear()
                     found = [self.fit(fit.point, 1.0, _WHOLE) for fit in found]
                 found.sort(key=lambda fit: fit.cost)
                 best = found[0]
                 # The order of impacts makes many minima, some of nearly the same depth.
                 near = best.cost + _ALIKE * max(best.variance, _EXACT)
-                self.again = len(found) > 1 and found[1].cost <= near
+                # What is exact is no chance.
+                self.again = best.variance <= _EXACT or (len(found) > 1 and found[1].cost <= near)
                 self.in_part = self._chance_in_part(best)
                 doubts = min(best.chance, self.in_part) < _DOUBT or best.excess(_DOUBT)
                 if self.again and not doubts:
@@ -387,6 +392,8 @@ class Fitter:
         fit = Fit(self.problem, whole(found.x), found.fun, jacobian, found.status > 0)
         if part == 1.0:
             self._keep(fit.residuals, fit.point)
+        if part == 1.0 and fixed is None:
+            self.fitted.append(fit.point)
         return fit
 
     def profile(self, fit: Fit, j: int, way: float) -> Iterator[Fit]:
@@ -413,53 +420,57 @@ class Fitter:
         Of n data with white noise of unknown size, a point is as probable as its sum of squares to
         the power -n/2, wherever it is in the allowed ranges. By adaptive multiple importance
         sampling (Cornuet and others, Scandinavian Journal of Statistics 39, 798, 2012): a round is
-        drawn by the covariance, and each further one by kernels around the points before. The first
-        kernels are also around all that was tried, and flatten the probability, so that no minimum
-        is lost.
+        drawn around the minima, by the covariance of each, and further ones around the points
+        before, each by the covariance of the nearest minimum. The first ones are also around all
+        that was tried, and flatten the probability, so that no minimum is lost. Fits of the most
+        probable points of a round give further minima.
         """
-        from scipy.stats import gaussian_kde, multivariate_t
-
         if fit.variance <= _EXACT:
             return fit.point[None], np.ones(1)
         generator = np.random.default_rng(0)
         free = [j for j in range(len(fit.point)) if j not in self.linear]
-        first = multivariate_t(shape=np.eye(len(free)), df=fit.freedom, seed=generator)
-        # Places are in standard errors along the axes of the covariance.
-        axes, sizes, _ = np.linalg.svd((self._spread(fit) / self.widths[:, None])[free])
+        minima = _Minima(self, fit, free)
+        for point in self.fitted:
+            minima.add(Fit(self.problem, point, *self.problem.residuals(point, 1.0, True), True))
 
-        def placed(places: np.ndarray) -> list[tuple[float, np.ndarray]]:
-            points = np.tile(fit.point, (len(places), 1))
-            points[:, free] += places * sizes @ axes.T * self.widths[free]
-            inside = [(point == np.clip(point, *self.bounds)).all() for point in points]
-            return [
-                self._scored(point, (1.0,))[0] if there else (math.inf, point)
-                for there, point in zip(inside, points, strict=True)
-            ]
-
-        def places() -> np.ndarray:
-            points = np.array([point for _, point in found])
-            return ((points - fit.point) / self.widths)[:, free] @ axes / sizes  # type: ignore[no-any-return]
-
-        def chances(heat: float) -> np.ndarray:
-            costs = np.array([cost for cost, _ in found])
-            logs = -0.5 * (fit.freedom + len(free)) / heat * np.log(costs) - np.log(density)
+        def chances(costs: list[float], density: np.ndarray, heat: float) -> np.ndarray:
+            power = -0.5 * (fit.freedom + len(free)) / heat
+            logs = power * np.log(costs) - np.log(density)
             each = np.exp(logs - logs.max())
             return each / each.sum()  # type: ignore[no-any-return]
 
-        drawn = placed(first.rvs(_DRAWN).reshape(_DRAWN, len(free)))
-        found = drawn + [one for one in self.tried if one[0] <= fit.cost + _FAR * fit.variance]
-        density, kernels = np.ones(len(found)), list[gaussian_kde]()
-        for heat in _HEATS:
-            kernels.append(gaussian_kde(places().T, weights=chances(heat)))
-            drawn += placed(kernels[-1].resample(_DRAWN, generator).T)
-            found = drawn
-            parts = [first.pdf(places()), *(kernel(places().T) for kernel in kernels)]
-            density = np.mean(parts, axis=0)
-            each = chances(1.0)
+        near = [one for one in self.tried if one[0] <= fit.cost + _FAR * fit.variance]
+        even = np.full(len(minima.points), 1.0 / len(minima.points))
+        rounds = [_Kernels(minima, np.array(minima.points), even, 1.0)]
+        drawn: list[tuple[float, np.ndarray]] = []
+        places, sums = np.empty((0, len(free))), np.empty(0)
+        for number, heat in enumerate((_HEATS[0], *_HEATS)):
+            if number:
+                # Of what was tried, as if it had been drawn as well.
+                seen = drawn + (near if number == 1 else [])
+                centres = np.array([point for _, point in seen])[:, free]
+                density = rounds[0].density(centres) if number == 1 else sums
+                weights = chances([cost for cost, _ in seen], density, heat)
+                # Silverman's width, of as many kernels as the draws are worth.
+                wide = float(weights @ weights) ** (1.0 / (len(free) + 4))
+                rounds.append(_Kernels(minima, centres, weights, wide))
+                sums += rounds[-1].density(places)
+            more = rounds[-1].draw(_DRAWN, generator)
+            for there in more:
+                point = fit.point.copy()
+                point[free] = there
+                inside = (point == np.clip(point, *self.bounds)).all()
+                drawn.append(self._scored(point, (1.0,))[0] if inside else (math.inf, point))
+            places = np.concatenate([places, more])
+            sums = np.append(sums, sum(kernels.density(more) for kernels in rounds))
+            each = chances([cost for cost, _ in drawn], sums, 1.0)
             self.effective = 1.0 / float(each @ each)
-            if heat == 1.0 and self.effective >= _ENOUGH:
+            if number and heat == 1.0 and self.effective >= _ENOUGH:
                 break
-        points = np.array([point for _, point in found])
+            for k in np.argsort(-each)[:_MORE_FITS]:
+                if each[k] and minima.apart(places[k]) > 1.0:
+                    minima.add(self.fit(drawn[k][1], 1.0, _IN_WINDOW))
+        points = np.array([point for _, point in drawn])
         some = fit.jacobian[:, self.linear]
         noise = math.sqrt(fit.variance) * generator.standard_normal((len(points), len(some)))
         points[:, self.linear] += noise @ np.linalg.pinv(some).T
@@ -497,6 +508,69 @@ class Fitter:
         ends = np.transpose([np.interp([_TAIL, 1.0 - _TAIL], *column) for column in columns])
         low, high = np.minimum(ends[0], fit.point - span), np.maximum(ends[1], fit.point + span)
         return np.maximum(low, self.bounds[0]), np.minimum(high, self.bounds[1])
+
+
+class _Minima:
+    """Minima, in the unknowns that are not linear, with the root of the covariance at each."""
+
+    def __init__(self, fitter: Fitter, best: Fit, free: list[int]) -> None:
+        self.fitter, self.best, self.free = fitter, best, free
+        self.points: list[np.ndarray] = []
+        self.roots: list[np.ndarray] = []
+        self.add(best)
+
+    def add(self, fit: Fit) -> None:
+        """Keep a minimum that is another one and nearly as deep."""
+        point = fit.point[self.free]
+        if fit.cost > self.best.cost + _FAR * self.best.variance or self.apart(point) < 1.0:
+            return
+        spread = self.fitter._spread(fit)[self.free]
+        self.points.append(point)
+        self.roots.append(np.linalg.cholesky(spread @ spread.T))
+
+    def distances(self, points: np.ndarray) -> np.ndarray:
+        """Distances of points from each minimum, in its standard errors."""
+        found = [
+            np.linalg.norm(np.linalg.solve(root, (points - point).T), axis=0)
+            for point, root in zip(self.points, self.roots, strict=True)
+        ]
+        return np.array(found or np.full((1, len(points)), math.inf))
+
+    def apart(self, point: np.ndarray) -> float:
+        """Distance of a point from the nearest minimum."""
+        return float(self.distances(point[None]).min())
+
+
+class _Kernels:
+    """Distributions t around centres, each as the covariance of the nearest minimum."""
+
+    def __init__(
+        self, minima: _Minima, centres: np.ndarray, weights: np.ndarray, wide: float
+    ) -> None:
+        self.centres, self.weights = centres, weights
+        self.roots = [wide * root for root in minima.roots]
+        self.nearest = minima.distances(centres).argmin(axis=0)
+
+    def draw(self, count: int, generator: np.random.Generator) -> np.ndarray:
+        """So many points."""
+        which = generator.choice(len(self.centres), count, p=self.weights)
+        steps = generator.standard_normal((count, self.centres.shape[1]))
+        steps *= np.sqrt(_TAILS / generator.chisquare(_TAILS, (count, 1)))
+        roots = np.array(self.roots)[self.nearest[which]]
+        return self.centres[which] + np.einsum("kij,kj->ki", roots, steps)  # type: ignore[no-any-return]
+
+    def density(self, points: np.ndarray) -> np.ndarray:
+        """Their probability density at points, but for a factor."""
+        from scipy.spatial.distance import cdist
+
+        found, size = np.zeros(len(points)), points.shape[1]
+        for k, root in enumerate(self.roots):
+            inside = self.nearest == k
+            back = np.linalg.inv(root)
+            squares = cdist(points @ back.T, self.centres[inside] @ back.T, "sqeuclidean")
+            each = (1.0 + squares / _TAILS) ** (-0.5 * (_TAILS + size))
+            found += each @ self.weights[inside] * abs(np.linalg.det(back))
+        return found
 
 
 def _of_each(records: Sequence[Recording], values: np.ndarray) -> list[np.ndarray]:

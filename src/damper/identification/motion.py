@@ -45,6 +45,8 @@ _PIECE = 12.0
 #: Points of a piece, the fewest, and how many more for each unit of its length: for 1e-9 of the
 #: motion's size.
 _FEWEST, _MORE = 8, 1.2
+#: Part of a piece over which an acceleration without derivatives is the change of the velocity.
+_LITTLE = 3e-4
 #: Events of a run at most: beyond these no record has an impact.
 _MOST_EVENTS = 20_000
 
@@ -122,12 +124,22 @@ class Piece:
     def at(self, times: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
         """As `ComputedMotion.at`, between its begin and end."""
         which = min(order, 1)
-        if order < 2 and not self.changes.size:
-            return self.moving(times)[:, which], np.empty((len(times), 0))
+        if not self.changes.size:
+            values = self.moving(times)[:, which] if order < 2 else self._acceleration(times)
+            return values, np.empty((len(times), 0))
         weights = _between((2.0 * times - self.begin - self.end) / self.length, self.count)
         if order == 2:
             weights = weights @ _slopes(self.count) * (2.0 / self.length)
         return weights @ self.motion[:, which], weights @ self.changes[:, which]
+
+    def _acceleration(self, times: np.ndarray) -> np.ndarray:
+        """Slope of the parabola through three velocities around each time."""
+        little = _LITTLE * self.length
+        middles = np.clip(times, self.begin + little, self.end - little)
+        around = (middles + little * np.array([[-1.0], [0.0], [1.0]])).ravel()
+        before, there, after = self.moving(around)[:, 1].reshape(3, -1)
+        bent = (times - middles) * (after - 2.0 * there + before) / little**2
+        return (after - before) / (2.0 * little) + bent  # type: ignore[no-any-return]
 
     @property
     def length(self) -> float:

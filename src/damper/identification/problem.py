@@ -52,6 +52,8 @@ _USUAL = {
     "friction_coefficient": (0.01, 0.5, True),
     "initial_position": (-0.95, 0.95, False),
 }
+#: How far starts go from a displacement and velocity that samples show, over the largest ones.
+_FOUND = 0.25
 #: How far starts go from a value that is given, as a factor.
 _FACTOR = 3.0
 #: Part of an allowed range that is kept away from its ends.
@@ -60,6 +62,8 @@ _INSIDE = 1e-6
 _BEYOND = 0.35
 #: Step of differences, as a part of the value.
 _DIFFERENCE = 1e-6
+#: Differences of samples that show a jump, of which order, and how large over their median.
+_DIFFERENCED, _JUMP = 3, 8.0
 #: Longest time, over the dead time, within which computed impacts may not have been recorded.
 _UNHEARD = 2.0
 #: Residual over the noise of what cannot be run.
@@ -148,8 +152,9 @@ class RecordedDamper:
         self.ranges = dict(zip(names["ranges"], ranges.values(), strict=True))
         self._check_units()
         self.unknowns = list(self._all())
-        #: Samples of each record that impacts hide; None: each run hides those at its own impacts.
-        self.hidden: list[np.ndarray | None] = [None] * len(records)
+        #: Samples of each record that impacts hide, of every run the same: else a run that hides
+        #: more might leave out the largest noise.
+        self.hidden = [self._struck(k) for k in range(len(records))]
         self.noise = [record.noise or self.size(k) for k, record in enumerate(records)]
 
     def check(self, point: np.ndarray) -> None:
@@ -300,19 +305,23 @@ class RecordedDamper:
     def _first(self, name: str, k: int) -> float:
         """Displacement or velocity with which a record begins, or 0."""
         record = self.records[k]
-        few = min(len(record.times), max(4, int(0.5 / self.rate / record.step)))
-        if record.kind == "peaks" and name == "initial_displacement":
+        if record.kind == "peaks" and name == INITIAL_NAMES[0]:
             return float(record.values[0])
-        if record.kind != "displacement" or name not in INITIAL_NAMES[:2]:
+        if not record.is_sampled or name not in INITIAL_NAMES[:2]:
             return 0.0
-        degree = min(2, few - 2)
-        fitted = np.polyfit(record.times[:few] - record.begins, record.values[:few], degree)
-        return float(fitted[-1] if name == INITIAL_NAMES[0] else fitted[-2])
+        # A quarter of a vibration, in which impacts change the motion a little.
+        phases = self.rate * (record.times - record.begins)
+        few = max(int(np.searchsorted(phases, 0.5 * math.pi)), 4)
+        turned = phases[:few, None] + 0.5 * math.pi * (SAMPLED.index(record.kind) - np.arange(2))
+        samples = record.values[:few] - (record.values.mean() if record.offset else 0.0)
+        fitted = np.linalg.lstsq(np.cos(turned), samples, rcond=None)[0]
+        fitted /= self.rate ** SAMPLED.index(record.kind)
+        return float(fitted[0] if name == INITIAL_NAMES[0] else fitted[1] * self.rate)
 
     def _speed_or_size(self, name: str, k: int) -> float:
         """How far starts of an initial quantity are spread."""
-        found = self.records[k].kind == "displacement" and name in INITIAL_NAMES[:2]
-        size = (self._amplitude or 1.0) * (0.1 if found else 1.0)
+        found = self.records[k].is_sampled and name in INITIAL_NAMES[:2]
+        size = (self._amplitude or 1.0) * (_FOUND if found else 1.0)
         return size * self.rate if name.endswith("velocity") else size
 
     # Runs.
@@ -392,27 +401,31 @@ class RecordedDamper:
                 changes = np.zeros((count, len(point)))
             if derivatives and (self.differences or not self.fine):
                 self._by_differences(point, k, values, changes)
-            shown = ~np.isnan(values)
             missed = np.nan_to_num(values - record.values[:count])
-            # A motion that hides more samples behind its impacts is no better for that.
-            weight = math.sqrt(count / max(int(shown.sum()), 1)) / self.noise[k]
-            found.append((missed * weight, changes * weight))
+            found.append((missed / self.noise[k], changes / self.noise[k]))
         return np.concatenate([r for r, _ in found]), np.concatenate([j for _, j in found])
 
     def hide(self, point: np.ndarray) -> bool:
-        """Leave out the samples that the impacts of this run hide, of any; whether others were.
-
-        Where each run leaves out those of its own, it may leave out the largest noise.
-        """
+        """Leave out the samples that the impacts of this run hide, of any; whether others were."""
         before = self.hidden
-        self.hidden = [None] * len(self.records)
-        every = [
-            np.isnan(self.computed(point, k, len(record.times), False)[0])
-            for k, record in enumerate(self.records)
-        ]
-        self.hidden = list(every)
-        pairs = zip(before, every, strict=True)
-        return any(after.any() if b is None else (b != after).any() for b, after in pairs)
+        self.hidden = [self._struck(k) for k in range(len(self.records))]
+        for k, (record, hidden) in enumerate(zip(self.records, self.hidden, strict=True)):
+            if record.kind in SAMPLED[1:]:
+                motion, _ = self.run(point, k, float(record.times[-1]), False)
+                for time, _, _ in motion.impacts:
+                    hidden |= abs(record.times - time) <= (record.blank or 2.0 * record.step)
+        return any((b != after).any() for b, after in zip(before, self.hidden, strict=True))
+
+    def _struck(self, k: int) -> np.ndarray:
+        """Samples beside a jump of the record, which neither noise nor a vibration makes."""
+        record = self.records[k]
+        struck = np.zeros(len(record.times), bool)
+        if record.kind in SAMPLED[1:] and len(struck) > _DIFFERENCED:
+            jumps = abs(np.diff(record.values, _DIFFERENCED))
+            vibration = (self.rate * record.step) ** _DIFFERENCED * abs(record.values).max()
+            for first in np.flatnonzero(jumps > _JUMP * np.median(jumps) + vibration):
+                struck[first + 1 : first + _DIFFERENCED] = True
+        return struck
 
     def count(self, k: int, part: float) -> int:
         """Data in the first part of a record."""
@@ -441,17 +454,10 @@ class RecordedDamper:
         """What a record's first samples would be; NaN where an impact hides them; derivatives."""
         record = self.records[k]
         times, begins = record.times[:count], record.begins or 0.0
-        hidden = np.zeros(count, bool)
+        hidden = self.hidden[k][:count]
         if record.is_sampled:
             motion, which = self.run(point, k, float(times[-1]), derivatives)
-            order = SAMPLED.index(record.kind)
-            values, changes = motion.at(times, order)
-            if (known := self.hidden[k]) is not None:
-                hidden = known[:count]
-            elif order:
-                blank = record.blank or 2.0 * record.step
-                for time, _, _ in motion.impacts:
-                    hidden |= abs(times - time) <= blank
+            values, changes = motion.at(times, SAMPLED.index(record.kind))
         else:
             span = float(times.sum() + times.max() if record.kind == "intervals" else times[-1])
             until = begins + (1.0 + _BEYOND) * (
