@@ -2,9 +2,11 @@
 
 import math
 
+import numpy as np
 import pytest
 
 import damper
+from damper.observers.common.laws import LAW_NAMES
 from damper.verification import reference
 from damper.verification.structures import exact_run
 
@@ -185,3 +187,14 @@ def test_events_on_a_structure(name):
 def test_long_runs_on_a_structure(name):
     p, state, _, until = SCENES[name]
     assert_as_in_digits(p, state, until)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("name", SCENES)
+def test_they_keep_the_laws_of_mechanics(name):
+    p, state, _, until = SCENES[name]
+    window = {"transient": 0, "periods": {"time": until}}
+    cube = damper.simulate(p, state=state, observers={"laws": {}}, **window)
+    assert cube.segments > 5
+    worst = np.nanmax([cube[law].item() for law in LAW_NAMES])
+    assert worst < 3e-14

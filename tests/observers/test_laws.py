@@ -1,12 +1,13 @@
 """The observer of the laws: they hold on a reduced grid, and it finds what is wrong."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scenes import QUIET
 
-from damper import Parameters, Record, State, simulate
+from damper import Parameters, Record, SIParameters, State, Structure, simulate
 from damper.engine.segment import (
     CAUSE,
     COLUMNS,
@@ -20,6 +21,7 @@ from damper.engine.segment import (
     RELEASE,
     SIDE,
     SPEED,
+    STICK,
     STICKING,
     TAIL,
     TIME,
@@ -32,6 +34,7 @@ from damper.models.many import MODE as MODE_OF_BODY
 from damper.models.many import RATE
 from damper.models.many import SPEED as SPEED_OF_BODY
 from damper.models.several.bodies import BODY
+from damper.models.structure.constants import BODY as BODY_ON_STRUCTURE
 from damper.observers.common.base import Window
 from damper.observers.common.laws import LAW_NAMES, broken, excess
 from damper.observers.laws import Laws
@@ -193,6 +196,68 @@ def test_a_motion_that_does_not_join_is_found(run):
     release = first(log, log[:, CAUSE] == RELEASE)
     assert {"continuity"} <= violated(trajectory, changed(log, release, X, 1e-10))
     assert {"continuity"} <= violated(trajectory, changed(log, release, V, 1e-10))
+
+
+@pytest.fixture(scope="module")
+def beam():
+    """Two masses on three modes, one of them tied to its box, that chatter and stick."""
+    shapes = {"tip": [1.0, 0.6, -0.4], "deck": [0.4, -0.9, 0.5], "force": [1.0, 0.6, 0.3]}
+    structure = Structure.from_modes([1.0, 2.7, 5.2], [0.02, 0.01, 0.01], shapes)
+    one = {"box": "tip", "free_mass": 0.1, "gap": 0.04, "gravity": 0.5}
+    tied = {"box": "deck", "free_mass": 0.1, "gap": 0.02, "tie_stiffness": 3.0, "tie_damping": 0.05}
+    driven = {"force_amplitude": 2.0, "forcing_frequency": "0.7 Hz", "restitution": 0.4}
+    p = SIParameters(structure=structure, masses=[one, tied], **driven)
+    trajectory = start_run(p.dimensionless)
+    return trajectory, np.concatenate([piece.copy() for piece in trajectory.segments(3.0)])
+
+
+def of_boxed(body, field):
+    return COLUMNS + 2 + 3 * 3 + BODY_ON_STRUCTURE * body + field
+
+
+#: As `FAULTS`; the velocity is that of the second mode.
+FAULTS_ON_STRUCTURE = [
+    (-1, DURATION, 1e-9, "penetration touch clock", ""),
+    (-1, DURATION, -1e-9, "touch clock", "penetration"),
+    (0, COLUMNS + 2 + 3 + 1, 1e-9, "momentum", "touch clock penetration"),
+    (0, of_boxed(1, RATE), 1e-9, "momentum restitution_law", "touch clock penetration"),
+    (0, of_boxed(0, GAP_OF_BODY), 1e-9, "continuity", "clock momentum restitution_law"),
+    (0, of_boxed(0, RATE), 1e-9, "continuity", "clock momentum restitution_law touch"),
+    (0, COLUMNS + 1, 1e-7, "energy_balance", "clock momentum restitution_law continuity touch"),
+    (0, of_boxed(0, RATE), math.nan, "not_finite", ""),
+]
+
+
+@pytest.mark.parametrize(("before", "column", "change", "broken", "kept"), FAULTS_ON_STRUCTURE)
+def test_a_broken_law_is_found_on_a_structure(beam, before, column, change, broken, kept):
+    trajectory, log = beam
+    hit = (log[:, CAUSE] == IMPACT) & (log[:, COLUMNS] == 1.0)
+    for body in (0, 1):
+        flies = log[:, of_boxed(body, MODE_OF_BODY)] == FLIGHT
+        hit[1:] &= flies[:-1] & flies[1:] & (log[:-1, DURATION] > 0.01)
+    hit &= log[:, of_boxed(0, GAP_OF_BODY)] > 0.01
+    row = first(log, hit)
+    found = violated(trajectory, changed(log, row + before, column, change)[: row + 1])
+    assert set(broken.split()) <= found
+    assert not found & set(kept.split())
+
+
+def test_a_run_on_a_structure_keeps_the_laws_of_its_own_matrices(beam):
+    """Those of a stiffness that is 1e-9 off it breaks; a mass must not be held on its wall."""
+    trajectory, log = beam
+    assert {IMPACT, STICK, RELEASE} <= set(log[:, CAUSE])
+    assert violated(trajectory, log) == set()
+    assert laws(trajectory, log)["segments"] == len(log)
+    held = log[:, CAUSE] == RELEASE
+    held[1:] &= log[:-1, DURATION] > 0.01
+    row = first(log, held) - 1
+    late = changed(log, row, DURATION, 1e-6)[: row + 1]
+    assert violated(trajectory, late) == {"tensile_force"}
+    p = trajectory.parameters
+    stiffer = replace(p.structure, stiffness=p.structure.stiffness * (1.0 + 1e-9))
+    trajectory.parameters = replace(p, structure=stiffer)
+    assert "energy_balance" in violated(trajectory, log)
+    trajectory.parameters = p
 
 
 MODELS = {

@@ -23,7 +23,6 @@ from damper.engine.model import (
 )
 from damper.engine.segment import COLUMNS, PERIODS, TIME
 from damper.parameters import NO_UNITS, State
-from damper.parameters.forcing import HARMONIC, Forcing
 from damper.parameters.run import DEFAULTS
 
 LOG_ROWS = 1024
@@ -76,8 +75,8 @@ class Trajectory:
         self._counts = np.zeros(3, dtype=np.int64)
         self.max_events = int(max_events)
         self.initial = state
-        #: What drives it, as its parameters say.
-        self.force: Forcing = HARMONIC
+        #: What it is a run of.
+        self.parameters: Any = None
         #: SI sizes of the units, for observers with absolute settings.
         self.units = NO_UNITS
         self.status = FINISHED

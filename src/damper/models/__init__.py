@@ -59,7 +59,7 @@ def start_run(
         x, v = box_motion(parameters, State(0.0, 0.0, 0.0, 0.0))
         state = State(x, v, x, v)
     trajectory = Trajectory(model_of(parameters, accuracy), state, max_events)
-    trajectory.force = parameters.forcing
+    trajectory.parameters = parameters
     return trajectory
 
 

@@ -55,16 +55,24 @@ class Laws(Observer):
     some 1e-16 to 1e-15; beyond 1e-12 a law is broken. A run without impacts has NaN for their laws.
     The window begins with the segment under way; the window of a run that stopped early ends where
     the run stopped.
+
+    On a structure the laws are those of the mass, damping and stiffness matrices that were given,
+    and the way of a free mass is the integral of its velocity. The balance of energy leaves out the
+    closed rests of bursts, and is the worst of all moments.
     """
 
-    models = ON_PRIMARY
+    models = (*ON_PRIMARY, "structure")
     variables = (*LAW_VARIABLES, SEGMENTS)
 
     def begin(self, run: int, trajectory: Trajectory, window: Window) -> None:
         """Start on a run."""
         super().begin(run, trajectory, window)
         room = room_of(models_of(self._model)[0])
-        import_module(f"damper.models.{room}.laws")
+        laws = import_module(f"damper.models.{room}.laws")
+        self._judge = None
+        if room == "structure":
+            self._judge = laws.StructureLaws(trajectory, LAW_NAMES)
+            return
         self._tables = prepare_tables(self._model)
         self._found = np.zeros(1, _FOUND)
         for name in ("touch", "momentum", "restitution_law", "tensile_force"):
@@ -74,18 +82,26 @@ class Laws(Observer):
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
+        if self._judge is not None:
+            self._judge.observe(log)
+            return
         _follow(self._model, self._tables, log, self._found, self._last, self._masses)
 
     def finish(self, finished: bool) -> None:
         """Write what was found, up to a stop too; nothing where the window was not reached."""
-        # Plain numbers: NumPy's warn of infinite ones.
-        found = dict(zip(fields_of(_FOUND), self._found[0].tolist(), strict=True))
-        if not found["segments"]:
-            return
-        left = found["input"] - found["lost"] - (found["stored_last"] - found["stored"])
-        size = found["input_size"] + found["lost"] + found["largest"]
-        found["energy_balance"] = abs(left) / size if size > 0.0 else abs(left)
-        self._put({name: found[name] for name in (*LAW_NAMES, "segments")})
+        found = _balanced(self._found) if self._judge is None else self._judge.found()
+        if found["segments"]:
+            self._put({name: found[name] for name in (*LAW_NAMES, "segments")})
+
+
+def _balanced(records):
+    """Violations by name, with that of the balance of energy."""
+    # Plain numbers: NumPy's warn of infinite ones.
+    found = dict(zip(fields_of(_FOUND), records[0].tolist(), strict=True))
+    left = found["input"] - found["lost"] - (found["stored_last"] - found["stored"])
+    size = found["input_size"] + found["lost"] + found["largest"]
+    found["energy_balance"] = abs(left) / size if size > 0.0 else abs(left)
+    return found
 
 
 @compiled

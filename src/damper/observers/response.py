@@ -199,7 +199,7 @@ class Response(Observer):
         """Read the next piece of the log."""
         follow(self._model, self._tables, log, self._window, self._totals)
         if self.extremes:
-            force = self._trajectory.force
+            force = getattr(self._trajectory.parameters, "forcing", None)
             shaken = isinstance(force, Base) and force.frame == "ground"
             _follow_extremes(self._model, log, self._window, float(shaken), self._most)
 

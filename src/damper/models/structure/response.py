@@ -6,6 +6,8 @@ twice its potential and twice its kinetic energy. The bounces of a tail are left
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from damper.engine.accumulation import bounce_at
 from damper.engine.compiled import compiled_apart
 from damper.engine.forcing import force_rates, phase_at, rate_of
@@ -31,7 +33,7 @@ from damper.models.structure.constants import (
     mass_in,
     size_of,
 )
-from damper.models.structure.flow import impulses_to_rest, stuck_in
+from damper.models.structure.flow import impulses_to_rest
 from damper.models.structure.motion import all_after
 from damper.models.wall_laws import law_of
 
@@ -51,6 +53,13 @@ class Powers(NamedTuple):
     kinetic: float
     work: float
     drag: float
+
+
+def prepare(model: OnStructure) -> tuple:
+    """Nothing, once it is known that no mass rubs on its box; ValueError where one does."""
+    if "sliding" in model.features:
+        raise ValueError("energies of dry friction on a structure are not observed")
+    return ()
 
 
 @declared.impact_loss.of(OnStructure)
@@ -77,13 +86,10 @@ def _own_loss(model, segment):
 
 @declared.own_share.of(OnStructure)
 def _own_share(model, segment):
-    bodies, k = segment.bodies, int(segment.body)
-    impulses = impulses_to_rest(model, bodies, stuck_in(bodies))
-    every, own = 0.0, 0.0
-    for j in range(len(bodies)):
-        if bodies[j, MODE] != FLIGHT:
-            every += impulses[j] * bodies[j, RATE]
-            own += impulses[j] * bodies[j, RATE] if j == k else 0.0
+    of_each, every = _relative(model, segment.bodies), 0.0
+    for part in of_each:
+        every += part
+    own = float(of_each[int(segment.body)])
     return own / every if every != 0.0 else 0.0
 
 
@@ -178,11 +184,23 @@ def _in_bounces(model, s, tau):
             held = (bounce * bounce + 4.0 * rate / (left * (1.0 - r)) * gap) / (rate * rate)
     if held == 0.0:
         return 0.0
-    impulses, energy = impulses_to_rest(model, bodies, stuck_in(bodies)), 0.0
-    for k in range(len(bodies)):
-        if bodies[k, MODE] != FLIGHT:
-            energy -= 0.5 * impulses[k] * bodies[k, RATE]
+    energy = 0.0
+    for part in _relative(model, bodies):
+        energy += part
     return held * energy
+
+
+@compiled_apart
+def _relative(model, bodies):
+    """Energy of the motion of masses relative to their boxes, which rest would take of each."""
+    found, joined = np.zeros(len(bodies)), np.zeros(len(bodies), dtype=np.bool_)
+    for k in range(len(bodies)):
+        joined[k] = bodies[k, MODE] != FLIGHT
+    impulses = impulses_to_rest(model, bodies, joined)
+    for k in range(len(bodies)):
+        if joined[k]:
+            found[k] = -0.5 * impulses[k] * bodies[k, RATE]
+    return found
 
 
 @declared.stored_energy.of(OnStructure)

@@ -396,8 +396,9 @@ class StructureStudy(StudyFile):
         if self.observers:
             settings["observers"] = self._observed
         loads = ("damper.models.structure", *(f"damper.observers.{n}" for n in self.observers))
-        if self.observers.keys() & {"decay", "statistics"}:
-            loads = (*loads, "damper.models.structure.response")
+        for module, names in (("response", {"decay", "statistics"}), ("laws", {"laws"})):
+            if self.observers.keys() & names:
+                loads = (*loads, f"damper.models.structure.{module}")
         return {
             name: Job(f"{_HERE}.runs", {**settings, "at": at}, loads=loads)
             for name, at in outer.items()
