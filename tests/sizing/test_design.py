@@ -120,7 +120,8 @@ def of_two(few_starts_throughout: None) -> Design:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Search, "best", best)
-        patch.setattr(Search, "best_of_masses", lambda search, found: [found])
+        for others in ("best_of_masses", "gaps_about"):
+            patch.setattr(Search, others, lambda search, found: [found])
         return design(MACHINE | {"units": [3, 1, 2]})
 
 
