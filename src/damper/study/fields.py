@@ -29,6 +29,8 @@ from pydantic import (
     TypeAdapter,
     ValidationError,
     ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
     model_serializer,
     model_validator,
 )
@@ -368,6 +370,19 @@ def _folder(text: str) -> str:
 
 Text = Annotated[str, Field(pattern=r"\S"), AfterValidator(_plain)]
 """Text that is not blank."""
+
+
+def _in_one(value: Any, kinds: ValidatorFunctionWrapHandler) -> Any:
+    """Make one mistake of those that pydantic has, one for each kind that a value may be of."""
+    try:
+        return kinds(value)
+    except ValidationError:
+        raise PydanticCustomError("wrong_kind", "not allowed") from None
+
+
+ONE_MISTAKE = WrapValidator(_in_one)
+"""Marks a union of types: a value that is of none of them is one mistake."""
+NumberOrText = Annotated[float | Text, ONE_MISTAKE]
 Line = Annotated[Text, AfterValidator(_on_one_line), Rule("on one line")]
 FOLDER_WORDS = "a path below the project's folder, of up to 200 letters, digits, _, -, . and /"
 Folder = Annotated[Text, AfterValidator(_folder), Rule(f"that is {FOLDER_WORDS}")]

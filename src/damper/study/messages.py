@@ -114,7 +114,7 @@ def mistakes_of(
     """
     lines = error.errors(include_url=False)
     # Where an item of a list is wrong, pydantic counts only the others.
-    lists = {line["loc"][:-1] for line in lines if line["loc"]}
+    lists = {line["loc"][:k] for line in lines for k in range(len(line["loc"]))}
     found = []
     for line in lines:
         kind, loc = line["type"], line["loc"]
@@ -157,9 +157,12 @@ def _schema_at(of: type[BaseModel] | TypeAdapter[Any] | None, loc: Loc) -> Schem
     schema: Any = of.json_schema(schema_generator=Generator)
     if "$ref" in schema:
         schema = schema["$defs"][schema["$ref"].rpartition("/")[2]]
-    for part in loc:  # of a list or a pair
+    for part in loc:
         schema = schema.get("anyOf", [schema])[0]
-        schema = schema["items"] if "items" in schema else schema["prefixItems"][part]
+        if isinstance(part, str):
+            schema = schema["additionalProperties"]
+        else:
+            schema = schema["items"] if "items" in schema else schema["prefixItems"][part]
     return dict(schema)
 
 
@@ -180,6 +183,7 @@ _MESSAGES = {
     "string_type": "must be text",
     "string_unicode": "not text in UTF-8",
     "tuple_type": "must be a list",
+    "wrong_kind": "not allowed",
 }
 _WORDS = {"Input should": "must", "Tuple should": "the list must", " after validation": ""}
 

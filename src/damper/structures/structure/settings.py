@@ -23,7 +23,7 @@ from damper.parameters.tables import WALL_TABLES
 from damper.parameters.unit_text import SIZES, number_in, split_unit
 from damper.parameters.units import HERTZ
 from damper.parameters.variables import Variable
-from damper.study.fields import NamedMapping, StrictModel, Text, Unit
+from damper.study.fields import ONE_MISTAKE, NamedMapping, NumberOrText, StrictModel, Text, Unit
 from damper.study.forcing import FORCES, ForceEntry, check_undriven
 from damper.study.jobs import Job
 from damper.study.kinds import Kinds
@@ -33,8 +33,7 @@ from damper.study.study_file import ProductBase, StudyFile
 
 _NONE: dict[str, Any] = {}
 _HERE = "damper.structures.structure"
-Number = float | Text
-Place = int | Text | Annotated[tuple[float, ...], Field(strict=False)]
+Place = Annotated[int | Text | Annotated[tuple[float, ...], Field(strict=False)], ONE_MISTAKE]
 """Number of a coordinate, name of a place or of an array, or weights."""
 
 
@@ -210,7 +209,7 @@ class StructureStudy(StudyFile):
     kind: Annotated[Literal["structure"], Field(description="That it is such a study.")]
     structure: Annotated[StructureEntry, Field(description="The structure.")]
     masses: Annotated[
-        tuple[dict[str, Number], ...],
+        tuple[dict[str, NumberOrText], ...],
         Field(
             strict=False,
             min_length=1,
@@ -220,7 +219,7 @@ class StructureStudy(StudyFile):
         ),
     ]
     parameters: Annotated[
-        dict[str, Number],
+        dict[str, NumberOrText],
         Field(description="force_amplitude, forcing_frequency, phase, and values for all masses."),
     ] = _NONE
     forcing: Annotated[

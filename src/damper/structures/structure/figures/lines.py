@@ -12,7 +12,7 @@ from damper.figures.common import panels
 from damper.figures.common.style import COLOURS, label, shades, units_text
 from damper.parameters.lazy import Axes, Figure, xr
 from damper.parameters.units import handy
-from damper.study.fields import DistinctList, Text
+from damper.study.fields import DistinctList, NumberOrText, Text
 from damper.study.products import Caption
 from damper.study.study_file import ProductBase, See
 
@@ -41,7 +41,7 @@ class StructureLines(ProductBase):
         Text | None, Field(description="Dimension of whose values each makes a panel.")
     ] = None
     at: Annotated[
-        dict[str, float | str],
+        dict[str, NumberOrText],
         Field(description="Value of each other dimension; of an axis the nearest one is shown."),
     ] = {}  # noqa: RUF012
     log: Annotated[bool, Field(description="Whether ordinates are logarithmic.")] = False
