@@ -386,7 +386,7 @@ def check_listed(
         mistakes.unknown(loc, "axis", name, dimensions)
     elif value not in values:
         allowed = join_names(map(str, values))
-        if not isinstance(value, str):
+        if not any(isinstance(each, str) for each in (value, *values)):
             close = min(values, key=lambda listed: abs(listed - value))
             allowed = f"one of its {len(values)} values; the nearest is {display(close)}"
         mistakes.add(loc, f"'{name}' has no value {display(value)}", allowed)

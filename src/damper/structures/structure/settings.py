@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -28,6 +29,7 @@ from damper.study.forcing import FORCES, ForceEntry, check_undriven
 from damper.study.jobs import Job
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
+from damper.study.products import check_listed
 from damper.study.settings import OBSERVER_SETTINGS, AxisValues, given_settings
 from damper.study.study_file import ProductBase, StudyFile
 
@@ -334,6 +336,36 @@ class StructureStudy(StudyFile):
                 except (ValueError, TypeError) as error:
                     mistakes.add(("axes", name), str(error))
                     break
+        if not mistakes:
+            self._check_lines(damper.structure, mistakes)
+
+    def _check_lines(self, structure: Structure, mistakes: Mistakes) -> None:
+        """Note values that the cube does not have, and dimensions that a figure does not show."""
+        there: dict[str, tuple[Any, ...]] = {name: axis.given for name, axis in self.axes.items()}
+        there |= {"point": tuple(structure.points), "body": tuple(range(len(self.masses)))}
+        there["mode"] = tuple(range(1, len(structure.mass) + 1))
+        observed = (one.variables for one in make_observers(self._observed, boxes=True))
+        variables = {one.name: one for one in (*VARIABLES, *chain.from_iterable(observed))}
+        for section, stem, made in self.products():
+            if section != "figures":
+                continue
+            (name,) = made.variables
+            dims = {*self.axes, *variables[name].dims}
+            shown = {key: getattr(made, key) for key in ("along", "lines", "panels")}
+            for key, dim in shown.items():
+                if dim is not None and dim not in dims:
+                    message = f"{name} has no values along '{dim}'"
+                    mistakes.add((section, stem, key), message, ", ".join(sorted(dims)))
+            for dim, value in made.at.items():
+                place = (section, stem, "at", dim)
+                if dim in shown.values():
+                    mistakes.add(place, f"the figure shows all values of '{dim}'", "left out")
+                check_listed(place, dim, value, there, mistakes)
+            for dim in sorted(dims & there.keys() - {*shown.values(), *made.at}):
+                if len(there[dim]) > 1:
+                    message = f"{name} has {len(there[dim])} values along '{dim}'"
+                    words = f"'{dim}' as lines or panels, or one of its values in at"
+                    mistakes.add((section, stem), message, words)
 
     def check_together(self, mistakes: Mistakes) -> None:
         if mistakes:

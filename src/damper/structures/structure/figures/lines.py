@@ -42,7 +42,7 @@ class StructureLines(ProductBase):
     ] = None
     at: Annotated[
         dict[str, NumberOrText],
-        Field(description="Value of each other dimension; of an axis the nearest one is shown."),
+        Field(description="Value of each other dimension: axis, point, mode (from 1) or body."),
     ] = {}  # noqa: RUF012
     log: Annotated[bool, Field(description="Whether ordinates are logarithmic.")] = False
     caption: Caption = None
@@ -53,7 +53,7 @@ def draw(results: Mapping[str, Any], settings: StructureLines) -> Figure:
     """Draw a variable over an axis or over time."""
     (name,) = settings.variables
     whole = results["cube"]
-    cube = at_place(whole, settings.at)
+    cube = whole.sel(settings.at)
     shown = [cube] if settings.panels is None else _each(cube, settings.panels)
     figure, axes = panels.wrapped_panels(len(shown), _HEIGHTS, rest=1.1)
     variable = cube[name]
@@ -77,13 +77,6 @@ def draw(results: Mapping[str, Any], settings: StructureLines) -> Figure:
     alone = [n for n in map(str, whole.coords) if cube[n].ndim == 0]
     remarks = [_text(cube, n) for n in alone if n != "body" or whole.sizes[n] > 1]
     return panels.finish(figure, whole.drop_vars(alone), settings.caption, made, remarks)
-
-
-def at_place(cube: xr.Dataset, at: Mapping[str, Any]) -> xr.Dataset:
-    """Return the part of a cube at values of some dimensions, the nearest ones of axes."""
-    for name, value in at.items():
-        cube = cube.sel({name: value}, method=None if isinstance(value, str) else "nearest")
-    return cube
 
 
 def _each(cube: xr.Dataset, dim: str) -> list[xr.Dataset]:
