@@ -103,6 +103,45 @@ def accumulation(
 
 
 @compiled
+def accumulation_rubbing(
+    law: Any,
+    out: float,
+    back: float,
+    jerk: float,
+    brake: float,
+    snap_scale: float,
+    gap_rate: float,
+) -> tuple[float, float]:
+    """As `accumulation` under dry friction, to first order. docs/models.md.
+
+    Parameters
+    ----------
+    law, snap_scale, gap_rate
+        As for `accumulation`.
+    out, back : float
+        -g'' on the way out of a bounce, friction with it, and on the way back.
+    jerk : float
+        Rate of a change of both, at most, but for what impacts change.
+    brake : float
+        Change of both by the impacts of a bounce, over its speed, at most.
+    """
+    shrinks = 0.0
+    if back > 0.0:
+        shrinks = restitution_at(law, 0.0) * math.sqrt(back / out)
+    if not (back > 0.0 and shrinks < 1.0):
+        return 0.0, math.inf
+    left = gap_rate * (1.0 / out + 1.0 / math.sqrt(out * back)) / (1.0 - shrinks)
+    change = (jerk + left * snap_scale) * left + brake * gap_rate
+    if not change < 0.25 * back:
+        return 0.0, math.inf
+    # A bounce's time and speed change by that over `back`; each one's speed depends on all before.
+    drift = change / back * (1.0 + (out - back) / (out * (1.0 - shrinks)))
+    falls = restitution_change(law, gap_rate * (1.0 + change / back))
+    error = left * (drift + falls / (1.0 - shrinks)) if change > 0.0 or falls > 0.0 else left
+    return left, error
+
+
+@compiled
 def bounce_at(
     restitution: float, duration: float, gap_rate: float, tau: float
 ) -> tuple[float, float]:

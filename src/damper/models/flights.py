@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.accumulation import accumulation, sticks
+from damper.engine.accumulation import accumulation, accumulation_rubbing, sticks
 from damper.engine.accumulation import bounce_at as frictionless_bounce_at
 from damper.engine.bodies import (
     Alone,
@@ -28,7 +28,7 @@ from damper.engine.bodies import (
 from damper.engine.compiled import compiled, plain
 from damper.engine.dispatch import by_class, by_class_or_default
 from damper.engine.forcing import bound_of, horizon, is_odd, may_jump, phase_at
-from damper.engine.impact import law_at, mean_of, restitution_at, restitution_change
+from damper.engine.impact import law_at, mean_of, restitution_at
 from damper.engine.oscillator import (
     Motion,
     Oscillator,
@@ -358,24 +358,15 @@ def completes_rubbing(
     The arguments are those of `bounce_from`. An infinite error says that the sequence need not
     complete from here. docs/models.md.
     """
-    out, back, q = bounce_from(start, flight, segment, friction)
-    if not (back > 0.0 and q < 1.0):
-        return 0.0, math.inf
-    w = segment.gap_rate
-    left = w * (1.0 / out + 1.0 / math.sqrt(out * back)) / (1.0 - q)
+    out, back, _ = bounce_from(start, flight, segment, friction)
     # By how much the pressing acceleration changes meanwhile: with the force and the springs, and
     # with what impacts and friction do to the primary's velocity.
     _, jerk, _, snap = relative_rates(start, flight)
     mu = flight.mass_ratio
     drag = 2.0 * (flight.free.damping * mu + flight.mass.damping)
-    jerk = abs(jerk) + 2.0 * drag * friction
-    change = (jerk + left * snap) * left + 2.0 * drag / (1.0 + mu) * w
-    if not change < 0.25 * back:
-        return 0.0, math.inf
-    # A bounce's time and speed change by that over `back`; each one's speed depends on all before.
-    drift = change / back * (1.0 + (out - back) / (out * (1.0 - q)))
-    falls = restitution_change(law_at(flight.law, segment.side), w * (1.0 + change / back))
-    error = left * (drift + falls / (1.0 - q)) if change > 0.0 or falls > 0.0 else left
+    jerk, brake = abs(jerk) + 2.0 * drag * friction, 2.0 * drag / (1.0 + mu)
+    law = law_at(flight.law, segment.side)
+    left, error = accumulation_rubbing(law, out, back, jerk, brake, snap, segment.gap_rate)
     if left > horizon(flight.free.forcing, start.phase):
         return 0.0, math.inf
     return left, error

@@ -243,6 +243,12 @@ def speed_point(moving: Speed, p: EventPoint) -> EventPoint:
     _, _, coupling = rates_of(gap)
     size = abs(gap.slope) + abs(p.slope)
     size += (abs(gap.acceleration) + abs(gap.terms.start.a) + abs(p.state.a)) * p.tau
+    return rate_point(p, coupling, size)
+
+
+@compiled
+def rate_point(p: EventPoint, coupling: float, size: float) -> EventPoint:
+    """Where the rate of what moves is, with the size of its terms; the coupling: `rates_of`."""
     return EventPoint(
         p.tau,
         p.slope,

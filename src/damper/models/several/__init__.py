@@ -18,6 +18,7 @@ from damper.engine.model import Step
 from damper.engine.search import GAVE_UP, HORIZON
 from damper.engine.segment import FLIGHT, NOTHING, STICK, STICKING, TAIL
 from damper.engine.tuples import changed
+from damper.models.friction import SLIP_DIRECTION, clamp_slides
 from damper.models.many import (
     ACCUMULATION,
     CAUSE,
@@ -37,7 +38,6 @@ from damper.models.several.bodies import (
     PLACE,
     PREVIOUS_STATE,
     REPORTED,
-    SLIP_DIRECTION,
     VELOCITY,
     WIDTH,
     Several,
@@ -46,7 +46,7 @@ from damper.models.several.bodies import (
     mass_at,
 )
 from damper.models.several.bodies import prepare as prepare
-from damper.models.several.contacts import clamp_slides, decide_contacts, hit, release
+from damper.models.several.contacts import decide_contacts, hit, release
 from damper.models.several.log import segment_of_all
 from damper.models.several.motion import all_after, bounce_in
 from damper.models.several.pinch import close_pinch, is_pinched, turns_of

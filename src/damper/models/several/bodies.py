@@ -21,17 +21,24 @@ from damper.engine.oscillator import (
     oscillator,
 )
 from damper.engine.search import HORIZON, ROUNDOFF, point_at
-from damper.engine.segment import NOTHING, RESTING, TAIL, Segment
+from damper.engine.segment import NOTHING, TAIL, Segment
 from damper.engine.tuples import changed, made_of, reader, writer
 from damper.models.flights import Both, gap_of
 from damper.models.forces import drive_of, oscillator_under
+from damper.models.friction import (
+    LEAST_FRICTION,
+    SLIP_DIRECTION,
+    Frictions,
+    NoFriction,
+    is_joined,
+    known_friction,
+)
 from damper.models.many import (
     LIFTS,
     MODE,
     MassesSegment,
-    is_on_wall,
 )
-from damper.models.masses import NoFriction, Rigid
+from damper.models.masses import Rigid
 from damper.models.masses import prepare as prepare_one
 from damper.models.masses.holds import pushed_by
 from damper.models.wall_laws import law_of, wall_laws
@@ -45,10 +52,9 @@ LEFT, RIGHT, YIELDS, EXPONENT, LEFT_TABLE, RIGHT_TABLE = range(6, 12)
 #: kick whose mass is back at its wall at once. An accumulation may also be minus the time left of a
 #: tail in which all speeds vanish.
 #:
-#: - slip direction: sign of the mass's velocity less the primary's where the mass rubs, else 0;
-#: - previous state: slip direction before this instant, `JOINED`, or `REPORTED` in a further row of
-#:   the same instant.
-SLIP_DIRECTION, PREVIOUS_STATE = range(8, 10)
+#: `PREVIOUS_STATE`, after `SLIP_DIRECTION`: slip direction before this instant, `JOINED`, or
+#: `REPORTED` in a further row of the same instant.
+PREVIOUS_STATE = 9
 #: Displacement and velocity of a mass in flight by itself, which have no digits of the primary's,
 #: and the time for which nothing has happened to it: 0 where they are not known.
 PLACE, VELOCITY, ALONE = range(10, 13)
@@ -62,12 +68,6 @@ BODY = 13
 ARRIVES, WALL, LEVEL, MOST, FOLLOWS = range(13, 18)
 WIDTH = 18
 JOINED, REPORTED = 2.0, 3.0
-#: Friction that does nothing.
-LEAST_FRICTION = 1e-300
-
-
-class Frictions(NamedTuple):
-    """Dry friction of free masses and their boxes."""
 
 
 class MassConstants(NamedTuple):
@@ -285,21 +285,6 @@ def own_acceleration(
     return acceleration_of(flying(single, m, way), x + offset_of(m, b), v, phase)
 
 
-@by_class
-def known_friction(friction: Any, acceleration: float) -> float:
-    """Acceleration by friction, which compiled code knows to be 0 where no mass rubs."""
-
-
-@known_friction.of(NoFriction)
-def _no_friction(friction, acceleration):
-    return 0.0
-
-
-@known_friction.of(Frictions)
-def _own_friction(friction, acceleration):
-    return acceleration
-
-
 @compiled
 def friction_of(model: Several, k: int) -> float:
     """Acceleration that friction gives a free mass while it slides."""
@@ -455,12 +440,6 @@ def _gap_of_driven(own, view, segment, way, change, tau):
         return p.value, p.slope, p.roundoff
     _, _, gap, rate = sum_after(moving, tau)
     return gap, rate, p.roundoff
-
-
-@compiled
-def is_joined(mode: float) -> bool:
-    """Whether a free mass moves with the primary, or about the centre that the tail has."""
-    return is_on_wall(mode) or mode == RESTING
 
 
 @compiled

@@ -17,12 +17,11 @@ from damper.engine.segment import (
     RELEASE,
     REST,
     RESTING,
-    REVERSAL,
     SLIP,
-    STICK,
     STICKING,
 )
 from damper.models.flights import VANISHES
+from damper.models.friction import SLIP_DIRECTION, is_joined, rest_or_part, turn
 from damper.models.many import (
     ACCUMULATION,
     CAUSE,
@@ -41,12 +40,10 @@ from damper.models.several.bodies import (
     LEVEL,
     MOST,
     RATIO,
-    SLIP_DIRECTION,
     WALL,
     Several,
     body_in,
     friction_of,
-    is_joined,
     mass_at,
     own_acceleration,
 )
@@ -206,7 +203,7 @@ def decide_contacts(model: Several, s: MassesSegment, mode: float) -> None:
     for k in range(count):
         friction = friction_of(model, k)
         if friction > 0.0 and bodies[k, RATE] != 0.0:
-            _turn(bodies, k)
+            turn(bodies[k])
         b = body_in(bodies, k)
         leaves = b.cause == RELEASE or b.cause == SLIP
         wall, most = 0.0, 0.0
@@ -231,7 +228,7 @@ def decide_contacts(model: Several, s: MassesSegment, mode: float) -> None:
             if friction_of(model, k) > 0.0:
                 way = -1.0 if asked > high else 1.0
             size = common.size + abs(level) + most
-            _decide(bodies[k], beyond, VANISHES * ROUNDOFF * size, way, mode)
+            rest_or_part(bodies[k], beyond, VANISHES * ROUNDOFF * size, way, mode)
 
 
 @compiled
@@ -242,49 +239,6 @@ def _is_beside_wall(model, s, k):
     scale = abs(motion_from(model.free, s.x, s.v, phase).a) + m.friction
     scale += abs(own_acceleration(model.single, m, b, s.x, s.v, phase, 0.0))
     return 2.0 * b.gap <= scale * negligible(model.tolerance) ** 2
-
-
-@compiled
-def _decide(b, beyond, slack, way, mode):
-    """Let a mass rest, or slide that is asked for more than what holds it; in place."""
-    on_wall = b[GAP] == 0.0
-    if is_joined(b[MODE]):
-        if b[CAUSE] == NOTHING and beyond > slack:
-            b[MODE], b[SLIP_DIRECTION] = FLIGHT, way
-            b[CAUSE] = RELEASE if on_wall else SLIP
-            b[FIRST] = 0.0 if on_wall else b[FIRST]
-    elif beyond > 0.0:
-        if b[CAUSE] == NOTHING and way != 0.0 and b[SLIP_DIRECTION] == -way:
-            b[CAUSE] = REVERSAL
-        b[SLIP_DIRECTION] = way
-    else:
-        b[MODE] = mode if on_wall else RESTING
-        b[SLIP_DIRECTION], b[ACCUMULATION] = 0.0, 0.0
-        if not on_wall:
-            b[CAUSE] = REST
-        elif mode == STICKING:
-            b[CAUSE] = STICK
-
-
-@compiled
-def _turn(bodies, k):
-    """Let a mass that moves relative to the primary slide that way; in place."""
-    b = bodies[k]
-    way = -b[SIDE] if b[RATE] > 0.0 else b[SIDE]
-    if b[MODE] == RESTING:  # another one's impact moves its box
-        b[MODE], b[CAUSE] = FLIGHT, SLIP
-    elif b[SLIP_DIRECTION] == -way and b[CAUSE] == NOTHING:
-        b[CAUSE] = REVERSAL
-    b[SLIP_DIRECTION] = way
-
-
-@compiled
-def clamp_slides(bodies: np.ndarray) -> None:
-    """Let slides go one way up to their end, whatever roundoff makes of their speed; in place."""
-    for k in range(len(bodies)):
-        b = body_in(bodies, k)
-        if b.mode == FLIGHT and b.slip * b.side * b.rate > 0.0:
-            bodies[k, RATE] = 0.0
 
 
 @compiled

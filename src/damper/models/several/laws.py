@@ -9,6 +9,7 @@ from damper.engine.impact import restitution_at
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import IMPACT, NOTHING, RESTING
 from damper.models import laws as declared
+from damper.models.friction import is_joined
 from damper.models.laws import Begun, ObservedMass
 from damper.models.many import CAUSE, GAP, MODE, RATE, SIDE
 from damper.models.several.bodies import (
@@ -24,7 +25,6 @@ from damper.models.several.bodies import (
     flying,
     friction_of,
     gap_after,
-    is_joined,
     mass_at,
 )
 from damper.models.several.motion import bodies_in, primary_after

@@ -11,6 +11,7 @@ from damper.engine.search import HORIZON, ROUNDOFF
 from damper.engine.segment import FLIGHT, RESTING, TAIL, clock_after
 from damper.engine.tuples import changed
 from damper.models.flights import Bounce, bounce_at, bounce_from
+from damper.models.friction import SLIP_DIRECTION, is_joined
 from damper.models.many import (
     ACCUMULATION,
     GAP,
@@ -29,7 +30,6 @@ from damper.models.several.bodies import (
     PLACE,
     PREVIOUS_STATE,
     RATIO,
-    SLIP_DIRECTION,
     VELOCITY,
     MassState,
     Several,
@@ -40,7 +40,6 @@ from damper.models.several.bodies import (
     flight_of_body,
     fly_alone,
     gap_after,
-    is_joined,
     mass_at,
     put_body,
     segment_of,

@@ -17,6 +17,7 @@ from damper.engine.segment import FLIGHT, TAIL
 from damper.models import extremes
 from damper.models import response as declared
 from damper.models.flights import Bounce, gap_of
+from damper.models.friction import SLIP_DIRECTION, is_joined
 from damper.models.many import ACCUMULATION, GAP, MODE, RATE, SIDE
 from damper.models.several import bodies as several
 from damper.models.several.motion import bodies_in, bounce_in, primary_after, state_in
@@ -82,7 +83,7 @@ def _stored_energy(model, segment, tau):
         energy -= 2.0 * model.free.damping * v * share * gap
         for k in range(len(y)):
             b = segment.bodies[k]
-            if several.is_joined(b[MODE]):
+            if is_joined(b[MODE]):
                 carried = share - (side if b[MODE] == TAIL else 0.0)
                 energy -= 2.0 * _support_damping(model, k) * v * carried * gap
     return energy
@@ -129,7 +130,7 @@ def _rubbed_in(model, segment, start, low, high, carried):
     lost = 0.0
     for k in range(len(segment.bodies)):
         b = segment.bodies[k]
-        if b[MODE] == FLIGHT and b[several.SLIP_DIRECTION] != 0.0:
+        if b[MODE] == FLIGHT and b[SLIP_DIRECTION] != 0.0:
             # A slide goes one way.
             moved = _moved(model.mass, model, segment, start, k, low, high)
             slid = abs(moved + float(b[SIDE]) * carried)
@@ -149,7 +150,7 @@ def _ballistic_moved(mass, model, s, start, k, low, high):
     _, _, before, _ = primary_after(start, low)
     _, _, after, _ = primary_after(start, high)
     rate = float(b[RATE]) + float(b[SIDE]) * (start.primary.v - s.v)
-    m, way = several.mass_at(model, k), float(b[several.SLIP_DIRECTION])
+    m, way = several.mass_at(model, k), float(b[SLIP_DIRECTION])
     a = several.flying(model.single, m, way).acceleration
     fallen = 0.5 * a * (high - low) * (high + low)
     return rate * (high - low) + float(b[SIDE]) * ((after - before) - fallen)
@@ -167,7 +168,7 @@ def _driven_moved(mass, model, s, start, k, low, high):
 def _given_up(model, s, k, low, high):
     """Energy that a mass in flight and its spring give to dashpot and force, not to friction."""
     b = s.bodies[k]
-    rubs = float(b[several.SLIP_DIRECTION] * model.masses[k, several.RATIO])
+    rubs = float(b[SLIP_DIRECTION] * model.masses[k, several.RATIO])
     rubs *= several.friction_of(model, k)
     lost = 0.0
     for tau in (high, low):
@@ -189,7 +190,7 @@ def _lost_by_joined(model, s, start, square, share, side, low, high):
     lost = 0.0
     for k in range(len(s.bodies)):
         mode = s.bodies[k, MODE]
-        if several.is_joined(mode):
+        if is_joined(mode):
             part = share - (side if mode == TAIL else 0.0)
             lost += 2.0 * _support_damping(model, k) * (square + part * carried)
     return lost
@@ -211,7 +212,7 @@ def _integrate_segment(model, tables, segment, low, high, peak):
     rubbed = _rubbed_in(model, s, start, low, high, carried)
     support = _lost_by_joined(model, s, start, found.speed_square, share, side, low, high)
     for k in range(len(s.bodies)):
-        if not several.is_joined(s.bodies[k, MODE]):
+        if not is_joined(s.bodies[k, MODE]):
             own = float(model.masses[k, several.RATIO]) * (1.0 + start.joined)
             m, b = several.mass_at(model, k), several.body_in(s.bodies, k)
             seg = several.segment_of(b, start)

@@ -25,6 +25,7 @@ from damper.engine.segment import (
 from damper.engine.tuples import changed
 from damper.models import walls
 from damper.models.flights import completes, completes_rubbing, first_wall, gap_of, is_balanced
+from damper.models.friction import SLIP_DIRECTION, Frictions, NoFriction, is_joined
 from damper.models.many import (
     ACCUMULATION,
     CAUSE,
@@ -36,14 +37,12 @@ from damper.models.many import (
     MassesSegment,
     negligible,
 )
-from damper.models.masses import NoFriction, Rigid
+from damper.models.masses import Rigid
 from damper.models.masses.holds import Hold, first_stop, hold_at_start
 from damper.models.several.bodies import (
     CLEARANCE,
     FRICTION,
     RATIO,
-    SLIP_DIRECTION,
-    Frictions,
     MassConstants,
     MassState,
     Several,
@@ -54,7 +53,6 @@ from damper.models.several.bodies import (
     flight_of,
     flight_of_body,
     flying,
-    is_joined,
     mass_at,
     offset_of,
     own_acceleration,

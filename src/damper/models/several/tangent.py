@@ -25,6 +25,7 @@ from damper.engine.model import read_segment
 from damper.engine.oscillator import increments, motion_from
 from damper.engine.segment import COLUMNS, FLIGHT, IMPACT, NOTHING, RESTING, STICKING, TAIL
 from damper.models import sensitivity, tangent
+from damper.models.friction import SLIP_DIRECTION, is_joined
 from damper.models.many import (
     ACCUMULATION,
     CAUSE,
@@ -47,14 +48,12 @@ from damper.models.several.bodies import (
     PREVIOUS_STATE,
     RATIO,
     REPORTED,
-    SLIP_DIRECTION,
     STIFFNESS,
     WALL,
     Several,
     begin,
     body_in,
     flying,
-    is_joined,
     load_in,
     mass_at,
     offset_of,
