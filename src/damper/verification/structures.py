@@ -2,15 +2,16 @@
 
 It shares no formula with the engine. Structure and free masses are one set of coordinates Q with
 one mass matrix. Each wall is a unilateral constraint with its own multiplier: the force of a mass
-that sticks, or the impulse of an impact. No inertia of joined masses and no mode is formed. On
-short panels Q is a Taylor series, of which the equations of motion give one coefficient after the
-other. Events are found on closely spaced samples of each gap and its slope, and by bisection. A
-chatter sequence is followed impact by impact down to a speed of `RESTS`.
+that sticks, or the impulse of an impact. A mass that friction holds is a constraint, too. No
+inertia of joined masses and no mode is formed. On short panels Q is a Taylor series, of which the
+equations of motion give one coefficient after the other. Events are found on closely spaced samples
+of each gap and its slope, and by bisection. A chatter sequence is followed impact by impact down to
+a speed of `RESTS`. Which masses walls and friction hold is found by trying every choice.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,7 +35,7 @@ RESTS = mpf(10) ** -22
 #: Most events of a run.
 MOST_EVENTS = 20_000
 
-FLIGHT, STICKING = "flight", "sticking"
+FLIGHT, STICKING, RESTING = "flight", "sticking", "resting"
 Vector = list[mpf]
 
 
@@ -67,6 +68,15 @@ class Wall:
     mode: str = FLIGHT
     zeros: int = 0
     """Derivatives of the gap, the gap among them, that the last event has made zero."""
+    way: int = 0
+    """Sign of the mass's velocity less that of its box, where it slides."""
+    still: int = 0
+    """Derivatives of that velocity, itself among them, that the last event has made zero."""
+
+    @property
+    def most(self) -> mpf:
+        """Largest force of friction."""
+        return mpf(self.mass.mass) * mpf(self.mass.friction)
 
 
 def exact_run(
@@ -77,7 +87,6 @@ def exact_run(
     Parameters
     ----------
     parameters : StructureParameters
-        Without friction.
     state : damper.State, optional
         From rest when left out.
     until : float
@@ -88,10 +97,8 @@ def exact_run(
     Raises
     ------
     ValueError
-        For friction, and for more than `MOST_EVENTS` events.
+        For more than `MOST_EVENTS` events.
     """
-    if any(one.friction for one in parameters.each):
-        raise ValueError("the reference of structures does not know friction")
     with mp.workdps(digits + GUARD_DIGITS):
         n, m = len(parameters.structure), len(parameters.each)
         t, x, v, y, u = mpf(0), [0.0] * n, [0.0] * n, [0.0] * m, [0.0] * m
@@ -99,6 +106,7 @@ def exact_run(
             (x, v), (y, u) = state.of_coordinates(n), state.of_each(m)
             t = mpf(state.time)
         motion = _Motion(parameters, t, [*map(mpf, x), *map(mpf, y)], [*map(mpf, v), *map(mpf, u)])
+        motion.turn()
         motion.decide()
         motion.run(mpf(until))
         q, r = motion.place, motion.rate
@@ -177,24 +185,30 @@ class _Motion:
         apart = self.place[self.n + wall.number] - self._at(wall.number, self.place)
         gap = mpf(wall.mass.clearance) - wall.side * apart
         rate = self.rate[self.n + wall.number] - self._at(wall.number, self.rate)
-        stuck = wall.mode == STICKING
+        stuck, rests = wall.mode == STICKING, wall.mode == RESTING or wall.still > 0
         return (
             mpf(0) if stuck or wall.zeros > 0 else gap,
-            mpf(0) if stuck or wall.zeros > 1 else -wall.side * rate,
+            mpf(0) if stuck or rests or wall.zeros > 1 else -wall.side * rate,
         )
 
     # --- motion between events
 
     def _terms(self) -> tuple[Terms, Terms]:
-        """Accelerations of all coordinates, and contact forces of the masses that stick."""
-        stuck = [wall for wall in self.walls if wall.mode == STICKING]
-        key = tuple((wall.number, wall.side) for wall in stuck)
+        """Accelerations of all coordinates, and forces on the masses that are held."""
+        held = [wall for wall in self.walls if wall.mode != FLIGHT]
+        slides = [wall for wall in self.walls if wall.mode == FLIGHT and wall.way]
+        key = tuple((w.number, w.side, w.way) for w in (*held, *slides)), len(held)
         if key not in self._known:
-            self._known[key] = self._constrained([self._row(w.number, w.side) for w in stuck])
+            constant = list(self.forces.constant)
+            for wall in slides:
+                rubs = [wall.way * wall.most * part for part in self._row(wall.number, 1)]
+                constant = [a + b for a, b in zip(constant, rubs, strict=True)]
+            rows = [self._row(w.number, w.side) for w in held]
+            self._known[key] = self._constrained(rows, constant)
         return self._known[key]
 
-    def _constrained(self, rows: list[Vector]) -> tuple[Terms, Terms]:
-        """Accelerations that keep gaps of these gradients closed, and the multipliers of these."""
+    def _constrained(self, rows: list[Vector], constant: Vector) -> tuple[Terms, Terms]:
+        """Accelerations that keep gaps of these gradients, and the multipliers of these."""
         size = len(self.place)
 
         def solved(force: Sequence[mpf]) -> tuple[Vector, Vector]:
@@ -210,7 +224,7 @@ class _Motion:
             [solved([row[j] for row in matrix]) for j in range(size)]
             for matrix in (self.forces.place, self.forces.rate)
         ]
-        vectors = [solved(self.forces.force), solved(self.forces.constant)]
+        vectors = [solved(self.forces.force), solved(constant)]
         made = []
         for part in (0, 1):
             count = size if part == 0 else len(rows)
@@ -229,7 +243,7 @@ class _Motion:
         return found
 
     def _series(self, count: int) -> tuple[list[Vector], list[Vector]]:
-        """Taylor coefficients of every coordinate, and of every contact force: a row for each."""
+        """Taylor coefficients of every coordinate, and of every force on a mass that is held."""
         accelerations, contacts = self._terms()
         load = self.forcing.coefficients(self.t, count)
         q, forces = [self.place, self.rate], []
@@ -249,6 +263,13 @@ class _Motion:
         found[: wall.zeros] = [mpf(0)] * wall.zeros
         return found
 
+    def _speed_series(self, wall: Wall, q: Sequence[Sequence[mpf]]) -> Vector:
+        """Of the velocity of a mass less that of its box."""
+        row = self._row(wall.number, -1)
+        found = [n * dot(row, c) for n, c in enumerate(zip(*q, strict=True)) if n]
+        found[: wall.still] = [mpf(0)] * wall.still
+        return found
+
     def run(self, until: mpf) -> None:
         """Go on to a time."""
         while self.t < until:
@@ -258,14 +279,22 @@ class _Motion:
             step = min(mpf(PANEL) / self.fastest, end - self.t, self._bounce())
             q, forces = self._series(term_count(self.fastest * step, mpf(0)))
             found: list[tuple[mpf, str, Wall, int]] = []
-            stuck = iter(forces)
+            held = iter(forces)
             for wall in self.walls:
-                if wall.mode == STICKING:
-                    watched: list[tuple[str, int, Vector]] = [("release", wall.side, next(stuck))]
+                if wall.mode != FLIGHT:
+                    force = next(held)
+                    away = [wall.most + force[0], *force[1:]]
+                    watched: list[tuple[str, int, Vector]] = [("release", wall.side, away)]
+                    if wall.mode == RESTING:
+                        near = [wall.most - force[0], *(-c for c in force[1:])]
+                        watched.append(("release", -wall.side, near))
                 else:
                     gap = self._gap_series(wall, q)
                     far = [2 * mpf(wall.mass.clearance) - gap[0], *(-c for c in gap[1:])]
                     watched = [("impact", wall.side, gap), ("impact", -wall.side, far)]
+                    if wall.way:
+                        speed = [wall.way * c for c in self._speed_series(wall, q)]
+                        watched.append(("stop", wall.side, speed))
                 for kind, side, c in watched:
                     tau = first_zero(c, step)
                     if tau is not None:
@@ -276,7 +305,7 @@ class _Motion:
             moved = [horner(c, span) for c in q]
             self.place, self.rate = [a for a, _ in moved], [b for _, b in moved]
             for wall in self.walls:
-                wall.zeros = 0 if span else wall.zeros
+                wall.zeros, wall.still = (0, 0) if span else (wall.zeros, wall.still)
             self._change([(kind, wall, side) for _, kind, wall, side in now])
             if not now and span == end - self.t:
                 self.decide()
@@ -293,15 +322,24 @@ class _Motion:
     # --- events
 
     def _change(self, events: Iterable[tuple[str, Wall, int]]) -> None:
-        hits = []
+        hits, stops = [], False
         for kind, wall, side in events:
             if kind == "release":
-                wall.mode, wall.zeros = FLIGHT, 3
-                self._list("release", wall)
+                kind = "release" if wall.mode == STICKING else "slip"
+                wall.zeros, wall.still = (3 if wall.mode == STICKING else 0), 2
+                wall.mode, wall.way = FLIGHT, -side if wall.most else 0
+                self._list(kind, wall)
+            elif kind == "stop":
+                wall.still = 1
+                stops = True
+                own = self.n + wall.number
+                self.rate[own] = self._at(wall.number, self.rate)
             else:
                 wall.side = side
                 hits.append(wall)
         if not hits:
+            if stops:
+                self.decide()
             return
         touching = [w for w in self.walls if w.mode == STICKING or w in hits]
         speeds = {w.number: -self._opening(w) if w in hits else mpf(0) for w in touching}
@@ -309,18 +347,36 @@ class _Motion:
         for wall in touching:
             if wall in hits:
                 self._close(wall)
-                wall.zeros = 1
+                wall.zeros, wall.way = 1, -wall.side if wall.most else 0
                 self._list("impact", wall, speeds[wall.number])
             elif self._opening(wall) > self._slowest(wall) * mp.sqrt(mp.eps):
-                wall.mode, wall.zeros = FLIGHT, 1
+                wall.mode, wall.zeros, wall.way = FLIGHT, 1, -wall.side if wall.most else 0
                 self._list("release", wall)
+        self.turn()
         resting = [w for w in hits if abs(self._opening(w)) < self._slowest(w)]
         if resting:
             settled = [w for w in self.walls if w.mode == STICKING or w in resting]
             self._push(settled, {w.number: -self._opening(w) for w in settled})
             for wall in resting:
-                wall.zeros = 2
+                wall.zeros, wall.still = 2, 1
+            self.turn()
         self.decide()
+
+    def turn(self) -> None:
+        """Let masses off the walls slide as they move relative to their boxes."""
+        for wall in self.walls:
+            speed = -wall.side * self._opening(wall)
+            slow = self._slowest(wall) * mp.sqrt(mp.eps)
+            if wall.most and wall.mode != STICKING and not wall.still and abs(speed) > slow:
+                way = int(mp.sign(speed))
+                if wall.mode == RESTING:
+                    wall.mode = FLIGHT
+                    self._list("slip", wall)
+                elif wall.way == -way:
+                    self._list("reversal", wall)
+                wall.way = way
+            elif wall.most and wall.mode == FLIGHT and abs(speed) <= slow:
+                wall.still = max(wall.still, 1)
 
     def _restitution(self, number: int, speed: mpf) -> mpf:
         """Coefficient of restitution of the wall of a mass at an approach speed."""
@@ -369,25 +425,57 @@ class _Motion:
         return list(self.inverse * mp.matrix([dot(forces, column) for column in columns]))
 
     def decide(self) -> None:
-        """Let masses at rest on a wall stick to it, or leave, by their contact forces."""
-        asked = [w for w in self.walls if self.gap(w)[0] <= 0 and self.gap(w)[1] == 0]
-        before = {w.number: w.mode for w in asked}
-        for stuck in subsets(asked):
-            for wall in asked:
-                wall.mode, wall.zeros = (STICKING, 0) if wall in stuck else (FLIGHT, 2)
+        """Let masses without relative velocity be held by walls and friction, or part."""
+        asked = [w for w in self.walls if self._is_asked(w)]
+        before = {w.number: (w.mode, w.way) for w in asked}
+        # Ways in which each parts, after 0 for none: from a wall away alone.
+        choices = [[(0, True), *((way, False) for way in self._ways(w))] for w in asked]
+        for chosen in sorted(product(*choices), key=lambda of: -sum(held for _, held in of)):
+            for wall, (way, held) in zip(asked, chosen, strict=True):
+                on_wall = self.gap(wall)[0] <= 0
+                if held:
+                    wall.mode, wall.zeros = STICKING if on_wall else RESTING, 0
+                else:
+                    wall.mode, wall.zeros = FLIGHT, 2 if on_wall else 0
+                wall.way, wall.still = way, 0 if held else 1
             q, forces = self._series(1)
-            opens = (self._gap_series(w, q)[2] >= 0 for w in asked if w not in stuck)
-            if all(force[0] >= 0 for force in forces) and all(opens):
+            pushes = zip([w for w in self.walls if w.mode != FLIGHT], forces, strict=True)
+            holds = (
+                -w.most <= force[0] and (w.mode == STICKING or force[0] <= w.most)
+                for w, force in pushes
+            )
+            parts = (
+                (w.way or -w.side) * self._speed_series(w, q)[1] >= 0
+                for w in asked
+                if w.mode == FLIGHT
+            )
+            if all(holds) and all(parts):
                 break
+        names = {STICKING: "stick", RESTING: "rest"}
         for wall in asked:
-            if wall.mode != before[wall.number]:
+            mode, way = before[wall.number]
+            if wall.mode == STICKING:
                 self._close(wall)
-                self._list("stick" if wall.mode == STICKING else "release", wall)
+            if wall.mode != mode:
+                left = "release" if mode == STICKING else "slip"
+                self._list(left if wall.mode == FLIGHT else names[wall.mode], wall)
+            elif mode == FLIGHT and way and wall.way == -way and wall.zeros == 0:
+                self._list("reversal", wall)
+
+    def _is_asked(self, wall: Wall) -> bool:
+        gap, rate = self.gap(wall)
+        return rate == 0 and (gap <= 0 or wall.most > 0)
+
+    def _ways(self, wall: Wall) -> list[int]:
+        """Directions in which a mass may part."""
+        if not wall.most:
+            return [0]
+        return [-wall.side] if self.gap(wall)[0] <= 0 else [-1, 1]
 
     def _list(self, kind: str, wall: Wall, speed: Any = 0) -> None:
-        k = wall.number
+        k, side = wall.number, 0 if kind in ("rest", "slip", "reversal") else wall.side
         x, v = self._at(k, self.place), self._at(k, self.rate)
-        self.events.append(Event(self.t, kind, wall.side, mpf(speed), x, v, *self.gap(wall), k))
+        self.events.append(Event(self.t, kind, side, mpf(speed), x, v, *self.gap(wall), k))
 
 
 def subsets(of: Sequence[Any]) -> list[tuple[Any, ...]]:
