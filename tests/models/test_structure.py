@@ -2,6 +2,7 @@
 
 import math
 import random
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -94,7 +95,7 @@ def test_two_impacts_that_others_have_computed() -> None:
 # --- one mode is the damper of one primary mass
 
 
-def _drawn(seed: int) -> tuple[Parameters, SIParameters, tuple[Any, ...]]:
+def _drawn(seed: int, rubs: bool) -> tuple[Parameters, SIParameters, tuple[Any, ...]]:
     rng = random.Random(seed)
     force: Forcing = [
         Harmonic(),
@@ -132,16 +133,24 @@ def _drawn(seed: int) -> tuple[Parameters, SIParameters, tuple[Any, ...]]:
         {"free_mass": m["mass_ratio"], "gap": 2 * m["clearance"], "restitution": m["restitution"]}
         for m in masses
     ]
-    other = SIParameters(structure=structure, forcing_frequency=omega, masses=own, **common)
     x, v = rng.uniform(-2, 2), rng.uniform(-1, 1)
     y = [x + rng.uniform(-1, 1) * m["clearance"] for m in masses]
-    return one, other, (x, v, y, [v + rng.uniform(-1, 1) for _ in masses])
+    u = [v + rng.uniform(-1, 1) for _ in masses]
+    if rubs:
+        common["transverse_acceleration"] = 1.0
+        for m, of_structure in zip(masses, own, strict=True):
+            m["friction"] = rng.choice([0.02, 0.1, 0.3, 0.8])
+            of_structure["friction_coefficient"] = m["friction"]
+        one = replace(one, masses=masses)
+    other = SIParameters(structure=structure, forcing_frequency=omega, masses=own, **common)
+    return one, other, (x, v, y, u)
 
 
+@pytest.mark.parametrize("rubs", [False, True])
 @pytest.mark.parametrize("seed", range(12))
-def test_one_mode_is_one_primary_mass(seed: int) -> None:
+def test_one_mode_is_one_primary_mass(seed: int, rubs: bool) -> None:
     """Error grows in chaotic motion: it may double with each event."""
-    one, other, (x, v, y, u) = _drawn(seed)
+    one, other, (x, v, y, u) = _drawn(seed, rubs)
     wanted = events(one, State(x, v, y, u), until=15.0)[:40]
     found = events(other, State([x], [v], y, u), until=15.0)[:40]
     assert [found["kind"].tolist(), found["body"].tolist()] == [
@@ -180,10 +189,12 @@ def test_the_units_are_those_of_the_parameters() -> None:
 # --- energy
 
 
-def test_energy_is_balanced() -> None:
-    """Input less dashpots, ties and impacts is what is stored; by quadrature, scaled."""
+@pytest.mark.parametrize("friction", [0.0, 0.6])
+def test_energy_is_balanced(friction: float) -> None:
+    """Input less dashpots, ties, friction and impacts is what is stored; by quadrature, scaled."""
     own = {"restitution": 0.9, "tie_stiffness": 0.05, "tie_damping": 0.03}, HEAVY
-    given = {"force_amplitude": 6.0, "gravity": 0.1}
+    given = {"force_amplitude": 6.0, "gravity": 0.1, "friction_coefficient": friction}
+    given["transverse_acceleration"] = 1.0
     p = on(coupled_structure(1), own[0], own[1] | {"restitution": 0.0}, **given).dimensionless
     run, s = start_run(p), p.structure
     log = np.concatenate([piece.copy() for piece in run.segments(*run.whole_periods(9.0))])
@@ -213,14 +224,15 @@ def test_energy_is_balanced() -> None:
                 time = row[PERIODS] * p.cycle + row[TIME] + tau
                 work = s.force @ v * p.force_amplitude * math.sin(p.frequency_ratio * time)
                 lost = v @ s.damping @ v
-                lost += sum(m.tie_damping * d**2 for m, d in zip(p.each, gaps(v, u), strict=True))
+                for m, d in zip(p.each, gaps(v, u), strict=True):
+                    lost += m.tie_damping * d**2 + m.mass * m.friction * abs(d)
                 balance += weight * half * (work - lost)
                 turnover += weight * half * (abs(work) + lost)
     ends = [
         stored(*run.state_in(row, tau))
         for row, tau in ((log[0], 0.0), (log[-1], log[-1, DURATION]))
     ]
-    assert {0.0, 1.0, 2.0} <= set(log[:, CAUSE])
+    assert ({4.0, 5.0, 6.0} if friction else {1.0, 2.0}) <= set(log[:, CAUSE])
     assert balance == pytest.approx(ends[1] - ends[0], abs=1e-12 * turnover)
 
 
@@ -271,9 +283,3 @@ def test_two_halves_in_step_are_one() -> None:
 def test_a_tie_of_hardly_any_stiffness_is_none() -> None:
     tied = events(on(BEAM, {"tie_stiffness": 1e-13}), until=14.0)
     same(tied, events(on(BEAM, {}), until=14.0), 1e-10)
-
-
-def test_friction_is_refused_by_name() -> None:
-    p = on(BEAM, {"friction_coefficient": 0.1}, transverse_acceleration=9.81)
-    with pytest.raises(ValueError, match=r"masses\[0\].*friction"):
-        events(p, until=1.0)

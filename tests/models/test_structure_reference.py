@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import damper
+from damper.engine.segment import EventKind
 from damper.observers.common.laws import LAW_NAMES
 from damper.verification import reference
 from damper.verification.structures import exact_run
@@ -88,6 +89,9 @@ def scene(structure, frequency, *masses, **more):
 
 
 TWO = modes([1.0, 2.7], 0.01, tip=[1.0, 0.6], force=[1.0, 0.5])
+HALL = modes([1.0, 2.7, 5.2], 0.02, tip=[1, 0.6, -0.4], low=[0.5, -1, 0.8], force=[1, 0.6, 0.3])
+RUBS = BALL | {"friction_coefficient": 0.2}
+LOW = {"box": "low", "free_mass": 0.3, "gap": 0.6, "restitution": 0.3, "friction_coefficient": 0.3}
 THREE = modes([1.0, 6.3, 17.5], 0.02, tip=[1.0, -1.0, 1.0], force=[0.3, 0.7, 0.2])
 FAR = modes([1.0, 10.0, 100.0], 0.02, tip=[1.0, 0.5, 0.2], force=[1.0, 0.3, 0.1])
 NEAR = modes([1.0, 1.0 + 1e-9], 0.3, tip=[1.0, 0.7], force=[0.5, 1.0])
@@ -141,6 +145,25 @@ SCENES = {
         3.0,
         15.0,
     ),
+    "friction": (
+        scene(HALL, 0.5, RUBS, LOW, transverse_acceleration=1.0),
+        None,
+        4.0,
+        20.0,
+    ),
+    "friction, other damping": (
+        scene(
+            matrices(),
+            0.8,
+            BALL | {"friction_coefficient": 0.3},
+            {"box": "low", "free_mass": 0.2, "gap": 0.6, "restitution": 0.7}
+            | {"friction_coefficient": 0.2, "tie_stiffness": 0.1},
+            transverse_acceleration=1.0,
+        ),
+        None,
+        8.0,
+        20.0,
+    ),
     "harmonics": (
         scene(TWO, 0.5, BALL, forcing=damper.Harmonics((1, 3), (1.0, 0.4))),
         None,
@@ -148,7 +171,7 @@ SCENES = {
         15.0,
     ),
 }
-KINDS = {"impact": damper.IMPACT, "stick": damper.STICK, "release": damper.RELEASE}
+KINDS = {kind.name.lower(): int(kind) for kind in EventKind}
 
 
 def assert_as_in_digits(p, state, until):
@@ -163,8 +186,8 @@ def assert_as_in_digits(p, state, until):
     waiting = iter(events)
     for row in rows:
         event = next(waiting)
-        # Impacts of the closed part of a burst.
-        while row["kind"] == damper.STICK and event.kind == "impact":
+        # Bounces of the closed part of a burst.
+        while row["kind"] == damper.STICK and event.kind in ("impact", "reversal"):
             event = next(waiting)
         assert (row["kind"], row["side"], row["body"]) == (
             KINDS[event.kind],

@@ -29,6 +29,7 @@ def on(*masses: dict[str, Any], structure: Structure = BEAM, **given: Any) -> SI
 
 
 TABLE = [(0.1, 0.8), (1.0, 0.3)]
+ACROSS = {"transverse_acceleration": 1.0}
 TIES = BALL | {"tie_stiffness": 0.05, "tie_damping": 0.02}, LOW | {"tie_stiffness": 0.1}
 #: Damper, until when it runs, whether a chatter sequence completes, and parameters.
 SCENES: dict[str, tuple[Any, float, bool, tuple[str, ...]]] = {
@@ -56,10 +57,22 @@ SCENES: dict[str, tuple[Any, float, bool, tuple[str, ...]]] = {
         True,
         ("free_mass_0", "gap_0"),
     ),
+    "friction": (
+        on(BALL | {"friction_coefficient": 0.5}, LOW | {"friction_coefficient": 0.3}, **ACROSS),
+        6.0,
+        True,
+        ("friction_coefficient_1", "free_mass_0"),
+    ),
+    "friction and ties": (
+        on(TIES[0] | {"friction_coefficient": 0.1}, TIES[1], **ACROSS),
+        4.5,
+        False,
+        ("friction_coefficient_0", "transverse_acceleration", "mode_1_frequency"),
+    ),
     "yielding": (on(BALL | {"yield_speed": 0.1}, LOW), 6.0, True, ("yield_speed_0", "phase")),
 }
 MOST = [
-    pytest.param(name, marks=[] if name == "matrices" else pytest.mark.exhaustive)
+    pytest.param(name, marks=[] if name in ("matrices", "friction") else pytest.mark.exhaustive)
     for name in SCENES
 ]
 

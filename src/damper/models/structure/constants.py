@@ -12,16 +12,18 @@ from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.forcing.none import ZeroForce
 from damper.engine.oscillator import Oscillator, oscillator
 from damper.engine.tuples import reader
+from damper.models.friction import Frictions, known_friction
 from damper.models.many import MassesSegment
 
-#: Column of `MassesSegment.bodies` beside the first ones, the last of the log: the mode before what
-#: happens.
-PREVIOUS = 8
-BODY = 9
+#: Columns of `MassesSegment.bodies` after `SLIP_DIRECTION`, the last of the log: mode and slip
+#: direction before what happens; in a tail the pressing acceleration on the way back of a bounce,
+#: friction against it, over that on the way out.
+PREVIOUS, PREVIOUS_SLIP, EASED = 9, 10, 11
+BODY = 12
 #: Further columns, which the log does not have: by how much faster the gap grows where masses in a
 #: tail are taken for stuck, the wall at which a mass arrives, or 0, and the impulse in its gap.
-JUMP, ARRIVES, IMPULSE = 9, 10, 11
-WIDTH = 12
+JUMP, ARRIVES, IMPULSE = 12, 13, 14
+WIDTH = 15
 #: Rows of `MassesSegment.modes`: displacements, velocities, and those before what happens.
 DISPLACEMENT, VELOCITY, BEFORE = range(3)
 
@@ -36,6 +38,8 @@ class BoxedMass(NamedTuple):
     tie_damping: float
     carried: float
     """Acceleration by the force's shape in flight: where the base moves, else 0."""
+    friction: float
+    """Acceleration by dry friction while it slides."""
     left: float
     """Of the walls, from here on: `damper.models.wall_laws`."""
     right: float
@@ -53,11 +57,12 @@ mass_in = reader(BoxedMass)
 # moves, the last coordinate is that of a mass that follows nothing but the force. All numbers of a
 # system are in one table: compiled code counts two references to each array in every call.
 
-#: Rows of a table. First numbers of the whole system. Then, a column for each free mass: 1 where it
-#: sticks; the constant part of the acceleration of its box less its own; the change of that
-#: velocity by a unit impulse between both; what dashpots do to that impulse; their fastest rate; by
-#: how much an impulse moves fast modes more than the slowest one.
-HEAD, STICKS, FALLS, YIELDS, DRAGS, DASHPOTS, STIFFENS = range(7)
+#: Rows of a table. First numbers of the whole system. Then, a column for each free mass: its state,
+#: `JOINED`, or twice the direction in which it slides, or 0; the constant part of the acceleration
+#: of its box less its own; the change of that velocity by a unit impulse between both; what
+#: dashpots do to that impulse; their fastest rate; by how much an impulse moves fast modes more
+#: than the slowest one.
+HEAD, STATE, FALLS, YIELDS, DRAGS, DASHPOTS, STIFFENS = range(7)
 #: Then, a column for each mode: squares of the frequencies, accelerations by the force's shape,
 #: >= 0, and constant ones.
 STIFFNESS, PUSH, PULL = 7, 8, 9
@@ -75,6 +80,8 @@ WEIGHTS = 19
 #: of the force.
 SIZE, NUMBER, CARRIED, COUPLED, PLAIN, SYSTEM_RATE, SYSTEM_COUPLING, LEAST = range(8)
 HEAD_WIDTH = 8
+#: State of a mass that moves with its box.
+JOINED = 1.0
 
 
 class OnStructure(NamedTuple):
@@ -99,12 +106,21 @@ class OnStructure(NamedTuple):
     number: int
     """Number of free masses."""
     flying: np.ndarray
-    """The table of the system in which no mass sticks."""
+    """The table of the system in which no mass sticks or slides."""
+    friction: Any
+    """`Frictions`, or `NoFriction` where no mass rubs on its box."""
 
     @property
     def features(self) -> tuple[str, ...]:
         """Features of the masses, by their names in `damper.parameters.models`."""
-        return ("structure", "several") if self.number > 1 else ("structure",)
+        rubs = isinstance(self.friction, Frictions)
+        return ("structure", *["several"] * (self.number > 1), *["sliding"] * rubs)
+
+
+@compiled
+def friction_of(model: OnStructure, k: int) -> float:
+    """Acceleration that friction gives a free mass while it slides."""
+    return known_friction(model.friction, mass_in(model.masses, k).friction)
 
 
 @compiled

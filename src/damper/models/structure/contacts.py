@@ -6,10 +6,10 @@ from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.forcing import force_rates, phase_at
 from damper.engine.impact import restitution_at
 from damper.engine.search import ROUNDOFF
-from damper.engine.segment import FLIGHT, IMPACT, NOTHING, RELEASE, STICK, STICKING
+from damper.engine.segment import FLIGHT, IMPACT, RELEASE, RESTING, SLIP, STICKING
 from damper.models.flights import VANISHES
+from damper.models.friction import SLIP_DIRECTION, is_joined, rest_or_part, turn
 from damper.models.many import (
-    ACCUMULATION,
     CAUSE,
     FIRST,
     GAP,
@@ -18,6 +18,8 @@ from damper.models.many import (
     SIDE,
     SPEED,
     MassesSegment,
+    is_on_wall,
+    negligible,
 )
 from damper.models.structure.constants import (
     ARRIVES,
@@ -29,6 +31,7 @@ from damper.models.structure.constants import (
     WEIGHTS,
     OnStructure,
     first_row,
+    friction_of,
     mass_in,
     size_of,
 )
@@ -84,6 +87,8 @@ def rebound(model: OnStructure, bodies: np.ndarray) -> float:
         gained, size = _gained(model, bodies, k)
         if b[ARRIVES] != 0.0:  # another one's impact takes the wall away
             b[RATE], b[SPEED] = b[RATE] + gained, 0.0
+        elif b[MODE] == RESTING:
+            b[RATE] = gained if abs(gained) > ROUNDOFF * size else 0.0
         elif b[MODE] != STICKING:
             b[RATE] += gained
         elif gained > ROUNDOFF * size:
@@ -126,35 +131,53 @@ def _share(model, bodies):
 
 @compiled_apart
 def impulses_of(matrix: np.ndarray, least: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """Impulses, or forces, of `complementary` in the chosen gaps."""
+    """Impulses in the chosen gaps that make their rates grow by `least`, or more."""
+    return forces_of(matrix, least, np.zeros(len(least)), np.full(len(least), np.inf), chosen)
+
+
+@compiled_apart
+def forces_of(
+    matrix: np.ndarray,
+    least: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    chosen: np.ndarray,
+) -> np.ndarray:
+    """Forces, or impulses, of `complementary` in the chosen gaps."""
     count = 0
     for k in range(len(least)):
         count += int(chosen[k])
-    small, asked, place = np.zeros((count, count)), np.zeros(count), 0
+    small, asked, place = np.zeros((count, count)), np.zeros((3, count)), 0
     numbers = np.zeros(count, dtype=np.int64)
     for k in range(len(least)):
         if chosen[k]:
             numbers[place] = k
             place += 1
     for i in range(count):
-        asked[i] = least[numbers[i]]
+        k = numbers[i]
+        asked[0, i], asked[1, i], asked[2, i] = least[k], low[k], high[k]
         for j in range(count):
             small[i, j] = matrix[numbers[i], numbers[j]]
-    found, of_these = np.zeros(len(least)), complementary(small, asked)
+    found, of_these = np.zeros(len(least)), complementary(small, asked[0], asked[1], asked[2])
     for i in range(count):
         found[numbers[i]] = of_these[i]
     return found
 
 
 @compiled
-def _accelerations(model, s, pulls, sizes):
-    """Second derivatives of all gaps if no wall pressed a mass; also the sizes of their terms."""
+def _accelerations(model, s, touches, pulls, sizes):
+    """Second derivatives of all gaps if nothing held masses; also the sizes of their terms.
+
+    Masses that do not touch anything rub if they slide.
+    """
     bodies, count, n, table = s.bodies, len(s.bodies), size_of(model), model.table
     force, _, _, _, _ = force_rates(model.forcing, phase_at(model.forcing, s.periods, s.time))
     found, drag = np.zeros(count), first_row(table, 0)
     for k in range(count):
         b, m = bodies[k], mass_in(model.masses, k)
         pulls[k] = b[SIDE] * (m.tie_stiffness * (m.clearance - b[GAP]) - m.tie_damping * b[RATE])
+        if not touches[k]:
+            pulls[k] += m.mass * b[SLIP_DIRECTION] * friction_of(model, k)
         own = m.carried * force - m.gravity - pulls[k] / m.mass
         found[k] = -b[SIDE] * own
         sizes[k] = abs(m.carried * force) + abs(m.gravity) + abs(pulls[k] / m.mass)
@@ -175,52 +198,69 @@ def _accelerations(model, s, pulls, sizes):
 
 
 @compiled
-def _touches(bodies, k):
-    """Whether a mass sticks to a wall, or touches it with no relative velocity."""
+def _touches(model, bodies, k):
+    """Whether a mass is held by its wall or by friction, or has no velocity relative to them."""
     b = bodies[k]
-    fresh = b[GAP] == 0.0 and b[RATE] == 0.0 and b[CAUSE] != RELEASE
-    return bool(b[MODE] == STICKING or fresh)
+    bound = b[GAP] == 0.0 or friction_of(model, k) > 0.0
+    fresh = b[RATE] == 0.0 and b[CAUSE] != RELEASE and b[CAUSE] != SLIP
+    return bool(b[MODE] in (STICKING, RESTING) or (bound and fresh))
 
 
 @compiled
 def decide_contacts(model: OnStructure, s: MassesSegment, mode: float) -> None:
-    """Let masses that touch a wall with no relative velocity stay or leave, in place.
+    """Let masses with no relative velocity rest, or part from their boxes; in place.
 
-    A mass that comes to rest gets `mode`. A mass that has stuck stays, unless the force that
-    parts it is more than roundoff.
+    A mass that comes to rest on a wall gets `mode`. A mass that has been at rest stays, unless the
+    force that parts it is more than roundoff.
     """
+    touches = False
     for k in range(len(s.bodies)):
-        if _touches(s.bodies, k):
-            _decide(model, s, mode)
-            return
+        b = s.bodies[k]
+        if friction_of(model, k) > 0.0 and b[RATE] != 0.0 and not is_on_wall(b[MODE]):
+            turn(b)
+        touches = touches or _touches(model, s.bodies, k)
+    if touches:
+        _decide(model, s, mode)
 
 
 @compiled_apart
 def _decide(model, s, mode):
     bodies, count = s.bodies, len(s.bodies)
     touches, wanted = np.zeros(count, dtype=np.bool_), np.zeros(count)
-    sizes = np.zeros(count)
-    parting = _accelerations(model, s, wanted, sizes)
+    sizes, low, high = np.zeros(count), np.zeros(count), np.full(count, np.inf)
     for k in range(count):
-        touches[k], wanted[k] = _touches(bodies, k), -parting[k]
+        touches[k] = _touches(model, bodies, k)
+    parting = _accelerations(model, s, touches, wanted, sizes)
+    for k in range(count):
+        b, friction = bodies[k], friction_of(model, k)
+        wanted[k] = -parting[k]
+        if friction > 0.0:
+            soon = negligible(model.tolerance)
+            near = 2.0 * b[GAP] <= (sizes[k] + friction) * soon * soon
+            if touches[k] and b[MODE] == FLIGHT and near:
+                b[GAP] = 0.0
+            most = mass_in(model.masses, k).mass * friction
+            low[k], high[k] = -most, np.inf if b[GAP] == 0.0 else most
     matrix = compliance(model, bodies)
-    forces = impulses_of(matrix, wanted, touches)
+    forces = forces_of(matrix, wanted, low, high, touches)
     pressed = times(matrix, forces)
     for k in range(count):
         b, size = bodies[k], sizes[k]
         if not touches[k]:
             continue
         for j in range(count):
-            size += abs(matrix[k, j]) * forces[j]
-        apart = parting[k] + pressed[k]
-        leaves = forces[k] == 0.0 and apart > 0.0
-        if b[MODE] == STICKING:
-            if b[CAUSE] == NOTHING and leaves and apart > VANISHES * ROUNDOFF * size:
-                b[MODE], b[CAUSE], b[FIRST], b[RATE] = FLIGHT, RELEASE, 0.0, 0.0
-        elif not leaves:
-            b[MODE], b[ACCUMULATION] = mode, 0.0
-            if mode == STICKING:
-                b[CAUSE] = STICK
+            size += abs(matrix[k, j] * forces[j])
+        slack, apart = VANISHES * ROUNDOFF * size, parting[k] + pressed[k]
+        beyond, way = 0.0, 0.0
+        if forces[k] == low[k]:
+            beyond, way = apart, -b[SIDE]
+        elif forces[k] == high[k]:
+            beyond, way = -apart, b[SIDE]
+        if friction_of(model, k) == 0.0:
+            way = 0.0
+        elif b[SLIP_DIRECTION] == way and not is_joined(b[MODE]):
+            beyond -= slack  # a slide that has stopped does not go on
+        rest_or_part(b, float(beyond), slack, float(way), mode)
 
 
 @compiled_apart

@@ -11,9 +11,11 @@ import numpy as np
 from damper.engine.bodies import TermSums, added, event_point
 from damper.engine.bounds import energy_norm
 from damper.engine.compiled import compiled, compiled_apart
+from damper.engine.dispatch import by_class
 from damper.engine.forcing import bound_of, force_rates, rate_of, turn_over, turned
 from damper.engine.oscillator import higher_derivatives, motion_from
 from damper.engine.search import (
+    GAVE_UP,
     ROUNDOFF,
     EventPoint,
     first_root,
@@ -21,9 +23,12 @@ from damper.engine.search import (
     rates_of,
     shorter_step,
 )
+from damper.engine.segment import RESTING
 from damper.engine.tuples import changed
-from damper.models.flights import is_balanced
-from damper.models.many import ACCUMULATION, GAP, LIFTS, MODE, RATE, SIDE, is_on_wall
+from damper.models.flights import STOPS, is_balanced
+from damper.models.friction import SLIP_DIRECTION, Frictions, NoFriction, is_joined
+from damper.models.many import ACCUMULATION, GAP, LIFTS, MODE, RATE, SIDE
+from damper.models.masses.holds import rate_point
 from damper.models.structure.constants import (
     COUPLED,
     FALLS,
@@ -37,6 +42,7 @@ from damper.models.structure.constants import (
     WEIGHTS,
     OnStructure,
     first_row,
+    friction_of,
     mass_in,
     size_in,
 )
@@ -55,7 +61,10 @@ _CUT, _MOST_CUTS = 0.75, 40
 
 
 class GapOrForce(NamedTuple):
-    """A gap, or a contact force over the mass, from a start on."""
+    """A gap, or what holds a mass, over the mass, from a start on.
+
+    That is the contact force plus the largest friction.
+    """
 
     forcing: Any
     start: ModalStart
@@ -76,11 +85,12 @@ _narrowed = changed(GapOrForce, "value")
 
 @compiled
 def course_of(model: OnStructure, b: np.ndarray, start: ModalStart, k: int) -> GapOrForce:
-    """Gap of a mass in flight, or contact force of a mass that sticks."""
+    """Gap of a mass in flight, or what holds a mass that moves with its box."""
     m, side, table = mass_in(model.masses, k), float(b[k, SIDE]), start.tables[start.slot]
     fall = float(table[FALLS, k])
-    if is_on_wall(b[k, MODE]):
-        held = -side * fall - m.tie_stiffness / m.mass * m.clearance
+    if is_joined(b[k, MODE]):
+        held = -side * fall - m.tie_stiffness / m.mass * (m.clearance - float(b[k, GAP]))
+        held += friction_of(model, k)
         return GapOrForce(model.forcing, start, k, -side, True, held, 0.0, 0.0)
     acceleration = side * fall
     if b[k, ACCUMULATION] == LIFTS:
@@ -248,19 +258,23 @@ def next_event(
     k: int,
     last: float,
     margin: float,
+    slowest: float,
 ) -> tuple[float, float, int]:
-    """When a mass arrives within a margin of a wall, or is pressed on its wall no longer.
+    """When a mass arrives within a margin of a wall, is held no longer, or slides so slowly.
 
     Returns
     -------
     tau, side, steps
-        As those of a `damper.engine.search.Root`, up to the time `last`.
+        As those of a `damper.engine.search.Root`, up to the time `last`; `STOPS` for a slide.
     """
     course = course_of(model, bodies, start, k)
     width = math.inf
     if not course.is_force:
         course = _narrowed(course, course.value - margin)
         width = 2.0 * (mass_in(model.masses, k).clearance - margin)
+    elif bodies[k, MODE] == RESTING:
+        width = 2.0 * friction_of(model, k)
+    last, stops, taken = slide_end(model.friction, course, bodies, last, slowest)
     table, modes = start.tables[start.slot], start.modes
     for i in range(size_in(table)):
         modes[WAY, i], modes[CHANGE, i] = 0.0, 0.0
@@ -269,5 +283,95 @@ def next_event(
         return last, 0.0, 1
     lifts_off = here.value == 0.0 and here.slope == 0.0 and here.second == 0.0
     lifts_off = lifts_off or (not course.is_force and bodies[k, ACCUMULATION] == LIFTS)
+    if bodies[k, SLIP_DIRECTION] != 0.0:
+        lifts_off = lifts_off and here.value == 0.0
     root = first_root(course, here, width, bool(lifts_off), last, 0.0)
-    return root.point.tau + root.step, root.side, root.steps
+    tau, steps = root.point.tau + root.step, root.steps + taken
+    if stops != 0.0 and not (root.side != 0.0 and tau <= last):
+        return last, stops, steps
+    return tau, root.side, steps
+
+
+class SlidingSpeed(NamedTuple):
+    """The relative speed in a slide."""
+
+    course: GapOrForce
+    """A gap that grows in it."""
+
+
+@compiled
+def slide_of(course: GapOrForce, bodies: np.ndarray) -> SlidingSpeed:
+    """The slide of a mass, whose gap is given."""
+    k = course.k
+    sign = -float(bodies[k, SLIP_DIRECTION] * bodies[k, SIDE])
+    value, slope, acceleration = course.value, course.slope, course.acceleration
+    return SlidingSpeed(
+        _turned(course, sign * course.sign, sign * value, sign * slope, sign * acceleration)
+    )
+
+
+_turned = changed(GapOrForce, "sign", "value", "slope", "acceleration")
+
+
+@compiled
+def slide_point(moving: SlidingSpeed, p: EventPoint) -> EventPoint:
+    """Where the speed of a slide is, from where its gap is."""
+    course = moving.course
+    table, modes = course.start.tables[course.start.slot], course.start.modes
+    _, _, coupling = rates_of(course)
+    size = abs(course.slope) + abs(course.acceleration) * p.tau
+    for i in range(size_in(table)):
+        size += abs(table[WEIGHTS + course.k, i] * modes[CHANGE, i])
+    return rate_point(p, coupling, float(size))
+
+
+@point_at.of(SlidingSpeed)
+def _speed_at(moving, tau):
+    return slide_point(moving, point_at(moving.course, tau))
+
+
+@rates_of.of(SlidingSpeed)
+def _rates_of_slide(moving):
+    return rates_of(moving.course)
+
+
+@shorter_step.of(SlidingSpeed)
+def _shorter_step_of_slide(moving, point, width, step):
+    return _shorter_step(moving.course, point, width, step)
+
+
+@by_class
+def slide_end(
+    friction: Any, course: GapOrForce, bodies: np.ndarray, last: float, slowest: float
+) -> tuple[float, float, int]:
+    """When a mass slides as slowly, as for `next_event`; the last time if it does not by then."""
+
+
+@slide_end.of(NoFriction)
+def _no_slide(friction, course, bodies, last, slowest):
+    return last, 0.0, 0
+
+
+@slide_end.of(Frictions)
+def _slide_end(friction, course, bodies, last, slowest):
+    b = bodies[course.k]
+    if course.is_force or b[SLIP_DIRECTION] == 0.0:
+        return last, 0.0, 0
+    moving, start = slide_of(course, bodies), course.start
+    moving = SlidingSpeed(_slower(moving.course, moving.course.slope - slowest))
+    modes = start.modes
+    for i in range(size_in(start.tables[start.slot])):
+        modes[WAY, i], modes[CHANGE, i] = 0.0, 0.0
+    here = slide_point(moving, point_here(moving.course, start.phase, 0.0))
+    if b[ACCUMULATION] == LIFTS:
+        here = _flat(here, 0.0)
+    root = first_root(moving, here, math.inf, False, last, 0.0)
+    tau = root.point.tau + root.step
+    if root.side == 1.0 and tau <= last:
+        return tau, STOPS, root.steps
+    if root.side == GAVE_UP:
+        return root.point.tau, GAVE_UP, root.steps
+    return last, 0.0, root.steps
+
+
+_flat, _slower = changed(EventPoint, "slope"), changed(GapOrForce, "slope")

@@ -17,7 +17,8 @@ from damper.engine.lending import lent
 from damper.engine.oscillator import Motion, Oscillator, arrive, motion_from, moved
 from damper.engine.search import HORIZON
 from damper.engine.segment import TAIL
-from damper.models.many import GAP, MODE, RATE, SIDE, MassesSegment, is_on_wall
+from damper.models.friction import SLIP_DIRECTION, is_joined
+from damper.models.many import GAP, MODE, RATE, SIDE, MassesSegment
 from damper.models.structure.constants import (
     COUPLED,
     COUPLING,
@@ -26,6 +27,7 @@ from damper.models.structure.constants import (
     FAST,
     FASTEST,
     HEAD,
+    JOINED,
     JUMP,
     PLAIN,
     PULL,
@@ -33,7 +35,7 @@ from damper.models.structure.constants import (
     REGIME,
     SLOW,
     SPLIT,
-    STICKS,
+    STATE,
     STIFFNESS,
     VELOCITY,
     WEIGHTS,
@@ -72,7 +74,7 @@ class ModalStart(NamedTuple):
     slot: int
     """Which of the systems it is."""
     tables: np.ndarray
-    """(slots, rows, columns) the table of each system; first that in which no mass sticks."""
+    """(slots, rows, columns) the table of each system; first `OnStructure.flying`."""
     steps: np.ndarray
     """What coupled modes do in a step, for each system."""
     phase: Any
@@ -80,11 +82,25 @@ class ModalStart(NamedTuple):
 
 
 @compiled_apart
-def stuck_in(bodies: np.ndarray) -> np.ndarray:
+def joined_in(bodies: np.ndarray) -> np.ndarray:
     """Whether each free mass moves with its box."""
     found = np.zeros(len(bodies), dtype=np.bool_)
     for k in range(len(bodies)):
-        found[k] = is_on_wall(bodies[k, MODE])
+        found[k] = is_joined(bodies[k, MODE])
+    return found
+
+
+@compiled
+def _state_of(b):
+    """State of a mass, as `damper.models.structure.constants.STATE` has it."""
+    return JOINED if is_joined(b[MODE]) else 2.0 * b[SLIP_DIRECTION]
+
+
+@compiled_apart
+def _states_in(bodies):
+    found = np.zeros(len(bodies))
+    for k in range(len(bodies)):
+        found[k] = _state_of(bodies[k])
     return found
 
 
@@ -92,7 +108,7 @@ def stuck_in(bodies: np.ndarray) -> np.ndarray:
 def begin(model: OnStructure, s: MassesSegment, most: int) -> ModalStart:
     """Start of a run that may keep so many systems, at least two."""
     rows, columns, size = shape_of_tables(model)
-    slots = min(1 << len(model.masses), most, _MOST_KEPT)
+    slots = min(most, _MOST_KEPT)
     tables = np.zeros((slots, rows, columns))
     for i in range(rows):
         for j in range(columns):
@@ -136,16 +152,16 @@ def begin_after(model: OnStructure, s: MassesSegment, before: ModalStart) -> Mod
 
 @compiled
 def _is_of(table, bodies):
-    """Whether a system is that in which these masses stick."""
+    """Whether a system is that of these masses."""
     found = True
     for k in range(len(bodies)):
-        found = found and is_on_wall(bodies[k, MODE]) == (table[STICKS, k] == 1.0)
+        found = found and _state_of(bodies[k]) == table[STATE, k]
     return found
 
 
 @compiled_apart
 def _slot_for(model, bodies, before):
-    """The place of the system in which these masses stick; where there is none, make it.
+    """The place of the system of these masses; where there is none, make it.
 
     The present system is kept: its motion may be asked for as well.
     """
@@ -161,7 +177,7 @@ def _slot_for(model, bodies, before):
         for i in range(tables.shape[1]):
             for j in range(tables.shape[2]):
                 tables[empty, i, j] = 0.0
-    make_system(model, stuck_in(bodies), tables[empty])
+    make_system(model, _states_in(bodies), tables[empty])
     before.steps[empty, 0, 0, 0] = 0.0
     return empty
 
@@ -175,7 +191,7 @@ def _from_coordinates(model, s, table, modes, tail):
         modes[UPPER, i] = s.modes[VELOCITY, i] if i < n else 0.0
     own = n
     for k in range(len(s.bodies)):
-        if is_tied(model, k) and table[STICKS, k] == 0.0:
+        if is_tied(model, k) and table[STATE, k] != JOINED:
             side = s.bodies[k, SIDE]
             place = side * (mass_in(model.masses, k).clearance - s.bodies[k, GAP])
             rate = -side * s.bodies[k, RATE]
@@ -199,7 +215,7 @@ def _from_coordinates(model, s, table, modes, tail):
 def _stop_bounces(model, bodies, modes):
     """Let masses in a tail go with their boxes, as if they stuck."""
     n = size_of(model)
-    change = pushed(model, bodies, impulses_to_rest(model, bodies, stuck_in(bodies)))
+    change = pushed(model, bodies, impulses_to_rest(model, bodies, joined_in(bodies)))
     for i in range(n):
         modes[UPPER, i] += change[i]
     for k in range(len(bodies)):

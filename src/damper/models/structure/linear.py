@@ -82,34 +82,46 @@ def solve(matrix: np.ndarray, right: np.ndarray, chosen: np.ndarray) -> np.ndarr
 
 
 @compiled_apart
-def complementary(matrix: np.ndarray, least: np.ndarray) -> np.ndarray:
-    """The p >= 0 with matrix p >= least, where one of both is an equality in each row.
+def complementary(
+    matrix: np.ndarray, least: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """The p from low to high with matrix p = least in each row where p is between the two.
 
-    The matrix is positive definite, so there is one. By principal pivots, the first row first: K.
-    G. Murty, Linear Algebra Appl. 1974, 9, 65.
+    Where p is low, matrix p >= least; where it is high, matrix p <= least. The matrix is positive
+    definite, so there is one p. By principal pivots, the first row first: K. G. Murty, Linear
+    Algebra Appl. 1974, 9, 65; a row that leaves one of its ends goes between them first.
     """
     count = len(least)
-    chosen = np.zeros(count, dtype=np.bool_)
-    found = np.zeros(count)
+    chosen, at_high = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
+    found, wanted = np.zeros(count), np.zeros(count)
     for _ in range(100 * count):
-        found = solve(matrix, least, chosen)
+        for i in range(count):
+            wanted[i] = least[i]
+            for j in range(count):
+                if not chosen[j]:
+                    wanted[i] -= matrix[i, j] * (high[j] if at_high[j] else low[j])
+        found = solve(matrix, wanted, chosen)
         wrong = -1
+        for i in range(count):
+            if not chosen[i]:
+                found[i] = high[i] if at_high[i] else low[i]
         for i in range(count - 1, -1, -1):
             if chosen[i]:
-                if found[i] < 0.0:
+                if found[i] < low[i] or found[i] > high[i]:
                     wrong = i
             else:
-                got, size = 0.0, abs(least[i])
+                lacks, size = least[i], abs(least[i])
                 for j in range(count):
-                    got += matrix[i, j] * found[j]
+                    lacks -= matrix[i, j] * found[j]
                     size += abs(matrix[i, j] * found[j])
-                if got < least[i] - 4.0 * EPSILON * size:
+                if (-lacks if at_high[i] else lacks) > 4.0 * EPSILON * size:
                     wrong = i
         if wrong < 0:
             break
+        at_high[wrong] = chosen[wrong] and found[wrong] > high[wrong]
         chosen[wrong] = not chosen[wrong]
     for i in range(count):
-        found[i] = max(found[i], 0.0)
+        found[i] = min(max(found[i], low[i]), high[i])
     return found
 
 

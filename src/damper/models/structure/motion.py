@@ -1,14 +1,17 @@
 """The motion of a structure and its free masses in a segment."""
 
+import math
+
 import numpy as np
 
 from damper.engine import model as declared
-from damper.engine.accumulation import bounce_at
 from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.impact import restitution_at
 from damper.engine.lending import lent
 from damper.engine.search import ROUNDOFF
 from damper.engine.segment import FLIGHT, TAIL, clock_after
+from damper.models.flights import Bounce, bounce_at
+from damper.models.friction import SLIP_DIRECTION
 from damper.models.many import (
     ACCUMULATION,
     GAP,
@@ -23,14 +26,17 @@ from damper.models.structure.constants import (
     ARRIVES,
     BEFORE,
     DISPLACEMENT,
+    EASED,
     HEAD,
     PLAIN,
     PREVIOUS,
+    PREVIOUS_SLIP,
     VELOCITY,
     WEIGHTS,
     OnStructure,
     box_at,
     first_row,
+    friction_of,
     mass_in,
     size_in,
     size_of,
@@ -66,6 +72,7 @@ def all_after(
         k = (first + each) % count
         b = bodies[k]
         b[SPEED], b[ARRIVES], b[PREVIOUS] = 0.0, 0.0, b[MODE]
+        b[PREVIOUS_SLIP] = b[SLIP_DIRECTION]
         if b[MODE] != FLIGHT:
             continue
         gap, rate, roundoff = gap_after(course_of(model, s.bodies, start, k), tau)
@@ -113,13 +120,26 @@ def state_after(
         b = s.bodies[k]
         sticks[k] = b[MODE] != FLIGHT
         if b[MODE] == TAIL and b[ACCUMULATION] > 0.0:
-            r = restitution_at(law_of(model, mass_in(model.masses, k), float(b[SIDE])), 0.0)
-            places[k], rates[k] = bounce_at(r, float(b[ACCUMULATION]), float(b[RATE]), tau)
+            bounce = bounce_in(model, s.bodies, k)
+            places[k], rates[k] = bounce_at(bounce, float(b[ACCUMULATION]), float(b[RATE]), tau)
             bounces = True
     if bounces:
         _carry(model, here, sticks, DISPLACEMENT, places)
         _carry(model, here, sticks, VELOCITY, rates)
     return here
+
+
+@compiled
+def bounce_in(model: OnStructure, bodies: np.ndarray, k: int) -> Bounce:
+    """How a mass bounces in a tail."""
+    b = bodies[k]
+    r = restitution_at(law_of(model, mass_in(model.masses, k), float(b[SIDE])), 0.0)
+    if friction_of(model, k) == 0.0 or not (b[MODE] == TAIL and b[ACCUMULATION] > 0.0):
+        # As fast back as out, whatever presses it.
+        return Bounce(1.0, 1.0, r)
+    root = math.sqrt(float(b[EASED]))
+    out = b[RATE] * (1.0 + 1.0 / root) / (b[ACCUMULATION] * (1.0 - r * root))
+    return Bounce(float(out), float(out * b[EASED]), r * root)
 
 
 @compiled_apart

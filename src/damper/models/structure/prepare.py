@@ -8,6 +8,7 @@ from damper.engine.compiled import plain
 from damper.engine.forcing import rate_of
 from damper.engine.forcing.weighed import WeighedForce
 from damper.models.forces import drive_of, oscillator_under
+from damper.models.friction import LEAST_FRICTION, Frictions, NoFriction
 from damper.models.structure.constants import HEAD_WIDTH, WEIGHTS, OnStructure, fill_table
 from damper.models.structure.linear import eigenvectors, product, root_inverse
 from damper.models.structure.system import make_system, shape_of_tables
@@ -15,13 +16,17 @@ from damper.models.wall_laws import wall_laws
 
 
 @plain
-def prepare(parameters: Any, law: Any, accuracy: float) -> OnStructure:
+def prepare(
+    parameters: Any, law: Any, accuracy: float, along_friction: bool = False
+) -> OnStructure:
     """Constants of one run, from the scaled parameters of a structure.
+
+    Along friction slides stop also where there is none yet.
 
     Raises
     ------
     ValueError
-        For dry friction and walls without play, which no structure knows.
+        For walls without play, which no structure knows.
     """
     p, given = parameters, parameters.structure
     _refuse(p.each)
@@ -36,12 +41,16 @@ def prepare(parameters: Any, law: Any, accuracy: float) -> OnStructure:
     carries = [drive.share * drive.amplitude * given.base_shares[one.box] for one in p.each]
     walls, of_walls = wall_laws(p.each)
     own = [
-        (one.mass, one.clearance, one.gravity, one.tie_stiffness, one.tie_damping, carried)
+        (
+            *(one.mass, one.clearance, one.gravity, one.tie_stiffness, one.tie_damping, carried),
+            max(one.friction, LEAST_FRICTION if along_friction else 0.0),
+        )
         for one, carried in zip(p.each, carries, strict=True)
     ]
     masses = np.column_stack([own, of_walls])
     forcing = drive.forcing
-    shape = WeighedForce(forcing, 1.0, 0.0) if masses[:, 2].any() else forcing
+    rubs = bool(masses[:, 6].any())
+    shape = WeighedForce(forcing, 1.0, 0.0) if masses[:, 2].any() or rubs else forcing
     damping = _symmetric(shapes.T @ given.damping @ shapes)
     size, count = len(push), len(masses)
     table = np.zeros((WEIGHTS + count + 3 * size, max(size, count, HEAD_WIDTH)))
@@ -59,18 +68,15 @@ def prepare(parameters: Any, law: Any, accuracy: float) -> OnStructure:
         masses,
         count,
         table,
+        Frictions() if rubs else NoFriction(),
     )
     flying = np.zeros(shape_of_tables(model)[:2])
-    make_system(model, np.zeros(count, dtype=np.bool_), flying)
+    make_system(model, np.zeros(count), flying)
     return model._replace(flying=flying)
 
 
 def _refuse(each: Any) -> None:
     for k, one in enumerate(each):
-        if one.friction:
-            raise ValueError(
-                f"masses[{k}]: friction in a box of a structure is not known; leave it out"
-            )
         if not one.clearance > 0.0:
             raise ValueError(
                 f"masses[{k}]: a mass without play belongs to the structure: add it to mass"

@@ -21,12 +21,13 @@ from damper.models.structure.constants import (
     GAIN_RE,
     HEAD,
     HEAD_WIDTH,
+    JOINED,
     LEAST,
     PLAIN,
     PUSH,
     SIZE,
     SPLIT,
-    STICKS,
+    STATE,
     STIFFENS,
     STIFFNESS,
     SYSTEM_COUPLING,
@@ -36,6 +37,7 @@ from damper.models.structure.constants import (
     OnStructure,
     fill_table,
     first_row,
+    friction_of,
     mass_in,
     size_of,
 )
@@ -72,13 +74,13 @@ def shape_of_tables(model: OnStructure) -> tuple[int, int, int]:
 
 
 @compiled_apart
-def make_system(model: OnStructure, sticks: np.ndarray, table: np.ndarray) -> None:
-    """Fill a table of zeros with the system in which these masses stick to their boxes."""
-    n, count, carried = size_of(model), len(sticks), follows_base(model)
+def make_system(model: OnStructure, states: np.ndarray, table: np.ndarray) -> None:
+    """Fill a table of zeros with the system in which the masses have these states."""
+    n, count, carried = size_of(model), len(states), follows_base(model)
     size, plain = n + int(carried), not carried
     for k in range(count):
-        size += int(is_tied(model, k) and not sticks[k])
-        plain = plain and not sticks[k] and not is_tied(model, k)
+        size += int(is_tied(model, k) and states[k] != JOINED)
+        plain = plain and states[k] != JOINED and not is_tied(model, k)
     mass, stiffness = np.zeros((size, size)), np.zeros((size, size))
     damping, gaps = np.zeros((size, size)), np.zeros((count, size))
     push, pull, own, given = np.zeros(size), np.zeros(size), n, model.table
@@ -90,22 +92,25 @@ def make_system(model: OnStructure, sticks: np.ndarray, table: np.ndarray) -> No
         mass[i, i] = 1.0
     for k in range(count):
         m = mass_in(model.masses, k)
-        table[STICKS, k] = 1.0 if sticks[k] else 0.0
+        rubs = 0.0 if states[k] == JOINED else 0.5 * states[k] * friction_of(model, k)
+        table[STATE, k] = states[k]
         for i in range(n):
             gaps[k, i] = given[WEIGHTS + k, i]
-        if sticks[k]:
+            pull[i] += m.mass * rubs * gaps[k, i]
+        if states[k] == JOINED:
             _add_tie(mass, gaps[k], m.mass)
             for i in range(n):
                 push[i] += m.mass * m.carried * gaps[k, i]
                 pull[i] -= m.mass * m.gravity * gaps[k, i]
         elif is_tied(model, k):
             gaps[k, own] = -1.0
-            mass[own, own], push[own], pull[own] = m.mass, m.mass * m.carried, -m.mass * m.gravity
+            mass[own, own], push[own] = m.mass, m.mass * m.carried
+            pull[own] = -m.mass * (m.gravity + rubs)
             _add_tie(stiffness, gaps[k], m.tie_stiffness)
             _add_tie(damping, gaps[k], m.tie_damping)
             own += 1
             continue
-        table[FALLS, k] = m.gravity
+        table[FALLS, k] = m.gravity + rubs
         if carried:
             gaps[k, size - 1] = -m.carried
     if carried:
@@ -230,7 +235,7 @@ def _react(model, table):
             braked += drag * drag
             bent += weight * weight * table[STIFFNESS, i]
         table[DRAGS, k], table[YIELDS, k] = drags, share
-        if not (is_tied(model, k) and table[STICKS, k] == 0.0):
+        if not (is_tied(model, k) and table[STATE, k] != JOINED):
             table[YIELDS, k] += 1.0 / mass_in(model.masses, k).mass
         if share > 0.0:
             table[DASHPOTS, k] = math.sqrt(braked / share)

@@ -5,12 +5,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damper.engine.accumulation import accumulation
+from damper.engine.accumulation import accumulation, accumulation_rubbing
 from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.forcing import bound_of, horizon
 from damper.engine.impact import restitution_at
 from damper.engine.search import ROUNDOFF
-from damper.engine.segment import FLIGHT, IMPACT, NOTHING, RELEASE, STICKING, TAIL
+from damper.engine.segment import (
+    FLIGHT,
+    IMPACT,
+    NOTHING,
+    RELEASE,
+    RESTING,
+    STICKING,
+    TAIL,
+)
+from damper.models.friction import SLIP_DIRECTION, known_friction
 from damper.models.many import (
     ACCUMULATION,
     CAUSE,
@@ -28,6 +37,7 @@ from damper.models.structure.constants import (
     DAMPING,
     DASHPOTS,
     DRAGS,
+    EASED,
     FALLS,
     HEAD,
     LEAST,
@@ -38,11 +48,12 @@ from damper.models.structure.constants import (
     YIELDS,
     OnStructure,
     first_row,
+    friction_of,
     mass_in,
     size_in,
     size_of,
 )
-from damper.models.structure.contacts import impulses_of, rebound, settle
+from damper.models.structure.contacts import decide_contacts, impulses_of, rebound, settle
 from damper.models.structure.courses import next_event
 from damper.models.structure.flow import (
     ModalStart,
@@ -67,6 +78,8 @@ class StructureChatter(NamedTuple):
     """Time to the accumulation point; infinite where none is known well enough."""
     rise: float
     """Height of the bounces, at most."""
+    eased: float
+    """Pressing acceleration on the way back of a bounce over that on the way out."""
 
 
 @compiled
@@ -77,16 +90,21 @@ def close(model: OnStructure, s: MassesSegment, start: ModalStart) -> bool:
     impacts kick other masses off their walls, all come to rest at once.
     """
     bodies, longest = s.bodies, negligible(model.tolerance)
+    closes = False
     if may_collapse(bodies, longest):
         rests = collapsing(model, bodies)
         for k in range(len(bodies)):
-            if rests[k]:
-                _rest(model, s, rests)
-                return True
-    any_may = False
-    for k in range(len(bodies)):
-        any_may = any_may or _may_end(model, bodies, start, k)
-    return any_may and _close_one(model, s, start)
+            closes = closes or bool(rests[k])
+        if closes:
+            _rest(model, s, rests)
+    if not closes:
+        for k in range(len(bodies)):
+            closes = closes or _may_end(model, bodies, start, k)
+        closes = closes and _close_one(model, s, start)
+    if closes and known_friction(model.friction, 1.0) > 0.0:
+        # Slides may have turned round.
+        decide_contacts(model, s, TAIL)
+    return closes
 
 
 @compiled_apart
@@ -103,6 +121,7 @@ def _close_one(model, s, start):
             for j in range(len(bodies)):
                 if j == k or _in_step(model, bodies, k, j):
                     bodies[j, MODE], bodies[j, ACCUMULATION] = TAIL, chatter.left
+                    bodies[j, SLIP_DIRECTION], bodies[j, EASED] = 0.0, chatter.eased
             return True
     if any_rests:
         _rest(model, s, rests)
@@ -168,7 +187,7 @@ def _rest(model, s, rests):
     for k in range(len(s.bodies)):
         b = s.bodies[k]
         if joined[k]:
-            b[RATE] = 0.0
+            b[RATE], b[SLIP_DIRECTION] = 0.0, 0.0
         if rests[k] and b[CAUSE] == RELEASE:
             b[MODE], b[CAUSE], b[ACCUMULATION] = STICKING, NOTHING, 0.0
         elif rests[k]:
@@ -183,6 +202,7 @@ def _in_step(model, bodies, k, j):
         return False
     one, other = mass_in(model.masses, k), mass_in(model.masses, j)
     pulled = one.gravity == other.gravity and one.carried == other.carried
+    pulled = pulled and one.friction == other.friction
     stiff = one.tie_stiffness * other.mass == other.tie_stiffness * one.mass
     tied = stiff and one.tie_damping * other.mass == other.tie_damping * one.mass
     placed = one.tie_stiffness == 0.0 or one.clearance == other.clearance
@@ -196,11 +216,17 @@ def _in_step(model, bodies, k, j):
 def _yield_of(model, s, start, k):
     """Change of a gap's rate by an impulse that all masses in step with it share."""
     own = 1.0 / mass_in(model.masses, k).mass
+    return float(start.tables[start.slot, YIELDS, k]) - own + 1.0 / _total_of(model, s, k)
+
+
+@compiled_apart
+def _total_of(model, s, k):
+    """Mass of all that are in step with a mass, itself among them."""
     total = 0.0
     for j in range(len(s.bodies)):
         if j == k or _in_step(model, s.bodies, k, j):
             total += mass_in(model.masses, j).mass
-    return float(start.tables[start.slot, YIELDS, k]) - own + 1.0 / total
+    return total
 
 
 @compiled_apart
@@ -221,13 +247,23 @@ def _chatter_of(model, s, start, k):
     # Each impact moves the fast modes more than the slowest one does.
     snap += abs(bent) * (float(table[STIFFENS, k]) / shared + float(table[HEAD, LEAST]))
     damping, dashpots = 0.5 * float(table[DRAGS, k]) / shared, float(table[DASHPOTS, k])
-    left, error = accumulation(law, damping, dashpots, snap, -bent, jerk, float(b[RATE]))
+    friction, rises = friction_of(model, k), 1.0
+    eased = 1.0 - 2.0 * friction * shared * _total_of(model, s, k) / -bent
+    if friction == 0.0:
+        left, error = accumulation(law, damping, dashpots, snap, -bent, jerk, float(b[RATE]))
+        rises -= restitution_at(law, 0.0)
+    else:
+        drag = 2.0 * damping
+        change = abs(jerk) - drag * bent * (1.0 - eased)
+        left, error = accumulation_rubbing(
+            law, -bent, -bent * eased, change, 2.0 * drag, snap, float(b[RATE])
+        )
     # The next bounce must turn before the other wall; a constant force lets it rise this high.
-    rise = 0.25 * float(b[RATE]) * left * (1.0 - restitution_at(law, 0.0))
+    rise = 0.25 * float(b[RATE]) * left * rises
     known = error <= model.tolerance and rise <= m.clearance
     if not known or left > horizon(model.forcing, start.phase):
         left = math.inf
-    return StructureChatter(left, rise)
+    return StructureChatter(left, rise, eased)
 
 
 @compiled_apart
@@ -254,15 +290,18 @@ def _is_undisturbed(model, s, start, k, chatter):
         b = bodies[j]
         if joined[j, MODE] == TAIL:
             continue
+        if b[MODE] == RESTING:
+            return False  # each impact moves its box
         # Bounces carry the box this far, at most; twice that to be sure.
-        margin = 2.0 * abs(give(model, bodies, j, k) / give(model, bodies, k, k)) * chatter.rise
+        moved = 2.0 * abs(give(model, bodies, j, k) / give(model, bodies, k, k))
+        margin, slowest = moved * chatter.rise, moved * float(bodies[k, RATE])
         flies = b[MODE] == FLIGHT
         width = 2.0 * mass_in(model.masses, j).clearance
         if flies and not margin < b[GAP] < width - margin:
             return False
         # Between impacts a contact force is what it is without the mass that bounces.
-        motion = together if flies else start
-        tau, found, _ = next_event(model, joined, motion, j, left, margin if flies else 0.0)
+        motion, near = together if flies else start, margin if flies else 0.0
+        tau, found, _ = next_event(model, joined, motion, j, left, near, slowest)
         if found != 0.0 and tau <= left:
             return False
     return True

@@ -17,9 +17,10 @@ from damper.engine.forcing import TAYLOR_REMAINDER, force_rates, phase_at
 from damper.engine.impact import rebound_slope, restitution_at
 from damper.engine.model import begin
 from damper.engine.oscillator import TAYLOR_RANGE
-from damper.engine.segment import FLIGHT, NOTHING
+from damper.engine.segment import FLIGHT, IMPACT, NOTHING, RESTING
 from damper.engine.tuples import changed
 from damper.models import sensitivity, tangent
+from damper.models.friction import SLIP_DIRECTION, is_joined
 from damper.models.many import (
     ACCUMULATION,
     CAUSE,
@@ -36,6 +37,7 @@ from damper.models.structure.constants import (
     DISPLACEMENT,
     HEAD,
     PREVIOUS,
+    PREVIOUS_SLIP,
     PUSH,
     STIFFNESS,
     SYSTEM_RATE,
@@ -44,17 +46,24 @@ from damper.models.structure.constants import (
     OnStructure,
     box_at,
     first_row,
+    friction_of,
     mass_in,
     size_of,
 )
 from damper.models.structure.contacts import impulses_of
 from damper.models.structure.courses import course_of, gap_after
-from damper.models.structure.flow import compliance, modes_after, stuck_in
+from damper.models.structure.flow import compliance, joined_in, modes_after
 from damper.models.structure.linear import product, solve
 from damper.models.structure.motion import place_of, structure_after
 from damper.models.wall_laws import law_of
 
-tangent.friction_in.of(OnStructure)(tangent.no_friction)
+
+@tangent.friction_in.of(OnStructure)
+def _friction_in(model):
+    found = 0.0
+    for k in range(len(model.masses)):
+        found = max(found, friction_of(model, k))
+    return found
 
 
 @tangent.leaders_of.register(OnStructure)
@@ -97,7 +106,7 @@ def _damping_in(model, s):
     for i in range(size_of(model)):
         found += float(model.table[first + i, i])
     for k in range(len(s.bodies)):
-        if not is_on_wall(s.bodies[k, MODE]):
+        if not is_joined(s.bodies[k, MODE]):
             m, share = mass_in(model.masses, k), 0.0
             for i in range(size_of(model)):
                 share += float(model.table[WEIGHTS + k, i]) ** 2
@@ -107,6 +116,8 @@ def _damping_in(model, s):
 
 @tangent.shrunk_by.of(OnStructure)
 def _shrunk_by(model, s):
+    if s.cause != IMPACT:
+        return _turned_by(model, s) if s.bodies[_fastest(s.bodies), SPEED] == 0.0 else 1.0
     law = law_of(model, mass_in(model.masses, int(s.body)), s.side)
     return rebound_slope(law, s.speed) * restitution_at(law, s.speed)
 
@@ -116,13 +127,14 @@ def _lost_in(model, s, own):
     lost = 0.0
     for k in range(len(s.bodies)):
         lost += 2.0 if is_on_wall(s.bodies[k, MODE]) else 0.0
+        lost += 1.0 if s.bodies[k, MODE] == RESTING else 0.0
     return lost
 
 
 @tangent.over_time.of(OnStructure)
 def _over_time(model, s, low, high, deviations):
     if high > low:
-        change = _flow_over(model, s.bodies, stuck_in(s.bodies), high - low)
+        change = _flow_over(model, s.bodies, joined_in(s.bodies), high - low)
         deviations += product(change, deviations)
 
 
@@ -136,8 +148,8 @@ def _flow_over(
     stiff, drags = 0.0, 0.0
     for j in range(size):
         unit[j], rates[2 * j, 2 * j + 1] = 1.0, 1.0
-        bends = _accelerations(model, bodies, sticks, unit, none, 0.0, 0.0)
-        brakes = _accelerations(model, bodies, sticks, none, unit, 0.0, 0.0)
+        bends = _accelerations(model, bodies, sticks, unit, none, 0.0, 0.0, none)
+        brakes = _accelerations(model, bodies, sticks, none, unit, 0.0, 0.0, none)
         unit[j] = 0.0
         for i in range(size):
             rates[2 * i + 1, 2 * j], rates[2 * i + 1, 2 * j + 1] = bends[i], brakes[i]
@@ -178,8 +190,12 @@ def _accelerations(
     velocities: np.ndarray,
     force: float,
     weight: float,
+    rubs: np.ndarray,
 ) -> np.ndarray:
-    """Accelerations of modes and masses; of deviations without force and weight."""
+    """Accelerations of modes and masses; of deviations without force, weight and friction.
+
+    `rubs` has what friction takes from the acceleration of each mass.
+    """
     n, count, table = size_of(model), len(bodies), model.table
     found, drag = np.zeros(n + count), first_row(table, 0)
     for i in range(n):
@@ -190,6 +206,7 @@ def _accelerations(
         m = mass_in(model.masses, k)
         pull = m.tie_stiffness * _apart(model, k, places)
         pull += m.tie_damping * _apart(model, k, velocities)
+        pull += m.mass * rubs[k]
         found[n + k] = m.carried * force - weight * m.gravity - pull / m.mass
         for i in range(n):
             found[i] += pull * table[WEIGHTS + k, i]
@@ -247,11 +264,16 @@ def _enter(model, s, deviations, happened):
         return
     if happened and s.bodies[_fastest(s.bodies), SPEED] > 0.0:
         _strike(model, s, deviations)
-    sticks = stuck_in(s.bodies)
+    elif happened and tangent.friction_in(model) > 0.0:
+        _stop(model, s, deviations)
+    joined, sticks = joined_in(s.bodies), joined_in(s.bodies)
+    for k in range(len(sticks)):
+        sticks[k] = is_on_wall(s.bodies[k, MODE])
     for c in range(deviations.shape[1]):
         for of_rate in range(2):
             moved = deviations[of_rate::2, c].copy()
-            _join(model, s.bodies, sticks, moved)
+            # Off the walls masses that rest keep their places.
+            _join(model, s.bodies, joined if of_rate else sticks, moved)
             deviations[of_rate::2, c] = moved
 
 
@@ -266,7 +288,7 @@ def _velocities(model, s, order):
         b = s.bodies[k]
         if order == BEFORE and b[SPEED] > 0.0:
             found[n + k] = box_at(model, s, BEFORE, k) + b[SIDE] * b[SPEED]
-        elif order == BEFORE and is_on_wall(b[PREVIOUS]):
+        elif order == BEFORE and is_joined(b[PREVIOUS]):
             found[n + k] = box_at(model, s, BEFORE, k)
         else:
             found[n + k] = place_of(model, s, k)[1]
@@ -296,20 +318,12 @@ def _impulses(model: OnStructure, bodies: np.ndarray) -> np.ndarray:
 @compiled_apart
 def _strike(model: OnStructure, s: MassesSegment, deviations: np.ndarray) -> None:
     """Take deviations over the impacts of an instant."""
-    bodies, n, count = s.bodies, size_of(model), len(s.bodies)
-    stuck, pushes = np.zeros(count, dtype=np.bool_), _impulses(model, bodies) > 0.0
-    places = np.zeros(n + count)
-    for i in range(n):
-        places[i] = s.modes[DISPLACEMENT, i]
-    for k in range(count):
-        stuck[k] = is_on_wall(bodies[k, PREVIOUS])
-        places[n + k] = place_of(model, s, k)[0]
-    force, _, _, _, _ = force_rates(model.forcing, phase_at(model.forcing, s.periods, s.time))
-    sticks, before = stuck_in(bodies), _velocities(model, s, BEFORE)
+    bodies, count = s.bodies, len(s.bodies)
+    pushes, before = _impulses(model, bodies) > 0.0, _velocities(model, s, BEFORE)
     after = _velocities(model, s, VELOCITY)
-    _join(model, bodies, sticks, after)
-    own = _accelerations(model, bodies, stuck, places, before, force, 1.0)
-    later = _accelerations(model, bodies, sticks, places, after, force, 1.0)
+    _join(model, bodies, joined_in(bodies), after)
+    own = _accelerations_at(model, s, before, True)
+    later = _accelerations_at(model, s, after, False)
     matrix, hit, levels = compliance(model, bodies), _fastest(bodies), np.zeros(count)
     for c in range(deviations.shape[1]):
         moved, rates = deviations[::2, c].copy(), deviations[1::2, c].copy()
@@ -329,15 +343,96 @@ def _strike(model: OnStructure, s: MassesSegment, deviations: np.ndarray) -> Non
             deviations[:, c] = math.nan
 
 
+@compiled_apart
+def _accelerations_at(
+    model: OnStructure, s: MassesSegment, rates: np.ndarray, before: bool
+) -> np.ndarray:
+    """Accelerations of modes and masses as before, or after, what happens at a segment's start."""
+    n, count, bodies = size_of(model), len(s.bodies), s.bodies
+    joined, rubs, places = joined_in(bodies), np.zeros(count), np.zeros(n + count)
+    for i in range(n):
+        places[i] = s.modes[DISPLACEMENT, i]
+    for k in range(count):
+        places[n + k] = place_of(model, s, k)[0]
+        if before:
+            joined[k] = is_joined(bodies[k, PREVIOUS])
+        rubs[k] = bodies[k, PREVIOUS_SLIP if before else SLIP_DIRECTION] * friction_of(model, k)
+    force, _, _, _, _ = force_rates(model.forcing, phase_at(model.forcing, s.periods, s.time))
+    return _accelerations(model, bodies, joined, places, rates, force, 1.0, rubs)
+
+
+@compiled
+def _stops_in(b):
+    """Whether the slide of a mass stops at an instant, and whether that it rests is all of it."""
+    slides = b[PREVIOUS] == FLIGHT and b[PREVIOUS_SLIP] != 0.0 and b[RATE] == 0.0
+    rests = is_joined(b[MODE])
+    return bool(slides and (rests or b[SLIP_DIRECTION] != b[PREVIOUS_SLIP])), bool(slides and rests)
+
+
+@compiled_apart
+def _stop(model: OnStructure, s: MassesSegment, deviations: np.ndarray) -> None:
+    """Take deviations over slides that stop, up to where masses rest.
+
+    Where those rest and nothing else changes it does not matter when.
+    """
+    bodies, any_stops, turns = s.bodies, False, False
+    for k in range(len(bodies)):
+        b = bodies[k]
+        stops, rests = _stops_in(b)
+        changes = is_joined(b[MODE]) != is_joined(b[PREVIOUS])
+        changes = changes or b[SLIP_DIRECTION] != b[PREVIOUS_SLIP]
+        any_stops, turns = any_stops or stops, turns or (changes and not rests)
+    if not any_stops:
+        return
+    rates = _velocities(model, s, VELOCITY)
+    own, later = _accelerations_at(model, s, rates, True), _accelerations_at(model, s, rates, False)
+    for c in range(deviations.shape[1]):
+        places, moved = deviations[::2, c].copy(), deviations[1::2, c].copy()
+        late, known, parts = 0.0, False, False
+        for k in range(len(bodies)):
+            if not _stops_in(bodies[k])[0]:
+                continue
+            speed, falls = _apart(model, k, moved), _apart(model, k, own)
+            if turns and not known and falls != 0.0:
+                # By how much later the deviated slide stops.
+                late, known = -speed / falls, True
+            off, size = abs(speed + falls * late), abs(falls * late) + _size_apart(model, k, moved)
+            parts = parts or (turns and off > tangent.TOGETHER * size)
+            # Where it stops at the very wall, a deviated mass hits the wall, or stops before it.
+            off, size = abs(_apart(model, k, places)), _size_apart(model, k, places)
+            at_wall = is_on_wall(bodies[k, MODE])
+            parts = parts or (at_wall and off > tangent.TOGETHER * size)
+        if turns:
+            deviations[1::2, c] = moved + (own - later) * late
+        if parts:
+            deviations[:, c] = math.nan
+
+
+@compiled
+def _turned_by(model, s):
+    """Relative acceleration of a mass after its slide has turned round, over that before it."""
+    k, rates = int(s.body), _velocities(model, s, VELOCITY)
+    own, later = _accelerations_at(model, s, rates, True), _accelerations_at(model, s, rates, False)
+    return _apart(model, k, later) / _apart(model, k, own)
+
+
+@compiled
+def _size_apart(model, k, places):
+    """Size of the terms of `_apart`."""
+    n = size_of(model)
+    found = abs(float(places[n + k]))
+    for i in range(n):
+        found += abs(float(model.table[WEIGHTS + k, i] * places[i]))
+    return found
+
+
 @compiled
 def _are_parted(model, bodies, late, moved):
     """Whether a deviation, which hits by so much later, parts impacts of one instant."""
-    parts, n = False, size_of(model)
+    parts = False
     for k in range(len(bodies)):
-        b, size = bodies[k], abs(moved[n + k])
+        b, size = bodies[k], _size_apart(model, k, moved)
         touched = b[GAP] == 0.0 and b[PREVIOUS] == FLIGHT
-        for i in range(n):
-            size += abs(model.table[WEIGHTS + k, i] * moved[i])
         off = abs(b[SIDE] * _apart(model, k, moved) + late * b[SPEED])
         parts = parts or (touched and off > tangent.TOGETHER * (size + abs(late) * b[SPEED]))
     return bool(parts)
@@ -369,7 +464,7 @@ def _lead(there, model, s, struck, found):
     if struck:
         rates = _velocities(model, s, BEFORE)
         _push(there, s.bodies, _impulses(there, s.bodies), rates)
-        _join(there, s.bodies, stuck_in(s.bodies), rates)
+        _join(there, s.bodies, joined_in(s.bodies), rates)
         found[1::2] = rates
     else:
         _lead_on(there, model, s, found)
@@ -380,12 +475,12 @@ def _lead_on(there: OnStructure, model: OnStructure, s: MassesSegment, found: np
     """State after a segment; a mass on a wall is where its box is."""
     slower, bodies, n = there.cycle / model.cycle, s.bodies.copy(), size_of(model)
     modes, rates = s.modes.copy(), _velocities(model, s, VELOCITY)
-    _join(model, bodies, stuck_in(bodies), rates)
+    _join(model, bodies, joined_in(bodies), rates)
     for i in range(n):
         modes[VELOCITY, i] = rates[i]
     for k in range(len(bodies)):
         bodies[k, RATE] = 0.0
-        if not is_on_wall(bodies[k, MODE]):
+        if not is_joined(bodies[k, MODE]):
             bodies[k, RATE] = -bodies[k, SIDE] * _apart(model, k, rates)
         if bodies[k, MODE] == FLIGHT:
             # Where it has left its wall just now, it would not do so in another model.
