@@ -41,18 +41,25 @@ def pair(**changes):
         free_mass=one.mass_ratio,
         gap=2.0 * one.clearance,
         restitution=one.restitution,
+        friction_coefficient=one.friction,
+        transverse_acceleration=1.0,
         **{name: changes[name] for name in ("gravity", "restitution_left") if name in changes},
     )
 
 
 @pytest.mark.parametrize(
     "changes",
-    [{}, {"damping_ratio": 0.02, "frequency_ratio": 1.3, "clearance": 0.05, "restitution": 0.3}],
+    [
+        {},
+        {"damping_ratio": 0.02, "frequency_ratio": 1.3, "clearance": 0.05, "restitution": 0.3},
+        {"friction": 0.05},
+        {"friction": 0.3, "clearance": 1.0},
+    ],
 )
 def test_one_mode_has_the_orbits_of_the_oscillator(changes):
-    """Two impacts a cycle, and complete chatter on both walls."""
+    """Two impacts a cycle, complete chatter on both walls; slides that turn round, and rests."""
     wanted, found = map(periodic_orbit, pair(**changes))
-    assert found.word == wanted.word in ("R1 L1", "RS LS")
+    assert found.word == wanted.word in ("R1 L1", "RS LS", "R3 L3")
     assert found.start == pytest.approx(wanted.start, abs=1e-10)
     assert abs(found.multipliers) == pytest.approx(abs(wanted.multipliers), abs=1e-10)
     assert found.peak == pytest.approx(wanted.peak, rel=1e-12)
@@ -61,6 +68,7 @@ def test_one_mode_has_the_orbits_of_the_oscillator(changes):
         ("free_mass", "mass_ratio", 1.0),
         ("forcing_frequency", "frequency_ratio", 1.0),
         ("restitution", "restitution", 1.0),
+        *[("friction_coefficient", "friction", 1.0)] * ("friction" in changes),
     ):
         change = part * wanted.sensitivity(of_oscillator)
         assert found.sensitivity(name) == pytest.approx(change, abs=1e-8 * abs(change).max())
@@ -68,8 +76,10 @@ def test_one_mode_has_the_orbits_of_the_oscillator(changes):
         assert found.peak_sensitivity(name) == pytest.approx(change, abs=1e-8 + 1e-8 * abs(change))
 
 
-def test_one_mode_has_the_exponents_of_the_oscillator():
-    one, other = pair(mass_ratio=0.3, damping_ratio=0.02, frequency_ratio=1.2, clearance=0.5)
+@pytest.mark.parametrize("friction", [0.0, 0.02])
+def test_one_mode_has_the_exponents_of_the_oscillator(friction):
+    changes = {"mass_ratio": 0.3, "damping_ratio": 0.02, "frequency_ratio": 1.2, "clearance": 0.5}
+    one, other = pair(**changes, friction=friction)
     run = {"transient": 10, "periods": 8, "observers": ["lyapunov"]}
     wanted, found = damper.simulate(one, **run), damper.simulate(other, **run)
     assert found.lyapunov_exponents.values == pytest.approx(

@@ -32,6 +32,7 @@ RESULTS = (
         comment="closed bursts included; impacts of one instant count with one of their masses",
     ),
     Variable("tie_power", "power lost in the dashpot of the tie", "W", ("body",)),
+    Variable("friction_power", "power lost in dry friction on the box", "W", ("body",)),
     Variable("mode_power", "power lost in the structure's damping, by mode", "W", ("mode",)),
     Variable("mean_energy", "mean energy of the mode", "J", ("mode",)),
     Variable("input_power", "power of the force", "W"),

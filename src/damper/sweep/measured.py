@@ -22,8 +22,11 @@ from damper.engine.model import read_segment
 from damper.engine.quadrature import FEWEST, NODES, REACH, WEIGHTS, nodes_for
 from damper.engine.segment import CAUSE, DURATION, FLIGHT, IMPACT, PERIODS, TAIL, TIME
 from damper.engine.trajectory import Trajectory
+from damper.models.flights import Bounce
 from damper.models.forces import drive_of
+from damper.models.friction import SLIP_DIRECTION
 from damper.models.many import MODE
+from damper.models.structure.motion import bounce_in
 from damper.observers.common.base import Window, part_within
 from damper.parameters.run import DEFAULTS
 from damper.parameters.structural import StructureParameters
@@ -47,6 +50,8 @@ class _Body(NamedTuple):
     stiffness: float
     damping: float
     gravity: float
+    friction: float
+    """Its acceleration while it slides."""
     carried: float
     """Its acceleration by the shape of the force, where that moves the base."""
 
@@ -85,12 +90,14 @@ class Measured:
                 one.tie_stiffness,
                 one.tie_damping,
                 one.gravity,
+                one.friction,
                 drive.share * size * s.base_shares[one.box],
             )
             for one in p.each
         ]
         self._boxes = np.array([b.box for b in self._bodies])
         self._dampings = np.array([b.damping for b in self._bodies])
+        self._rubs = np.array([b.mass * b.friction for b in self._bodies])
         self._carried = np.array([b.mass * b.carried for b in self._bodies])
         self._to_modes = s.shapes.T @ s.mass
         self._structure, self._units, self._trajectory = s, units, trajectory
@@ -100,11 +107,11 @@ class Measured:
         self._rate = _fastest(p) * units.time + rate_of(drive.forcing)
         count = len(p.each)
         self._sums = dict.fromkeys(("work", "displacement", "velocity", "acceleration"), 0.0)
-        self._sums |= dict.fromkeys(("modes", "energy", "ties"), 0.0)
+        self._sums |= dict.fromkeys(("modes", "energy", "ties", "friction"), 0.0)
         self._peaks = np.zeros((3, len(self._points)))
         self._ranges = np.full((2, math.floor(window.length + 1e-9), len(self._points)), -math.inf)
         self._speeds: list[list[float]] = [[] for _ in range(count)]
-        self._lost = np.zeros(count)
+        self._lost, self._rubbed = np.zeros(count), np.zeros(count)
         self._stored: list[float] = []
         self._end = 0.0
         self._step = trajectory.cycle / samples if history else math.inf
@@ -129,11 +136,14 @@ class Measured:
                 self._lost[body] += segment.loss * self._units.energy
             modes = segment.bodies[:, MODE]
             if start >= 0.0 and row[DURATION] > 0.0 and (modes == TAIL).any():
-                self._lost[int(segment.body)] += self._lost_in_tail(row, modes != FLIGHT)
+                body, lost = int(segment.body), self._lost_in_tail(row, modes != FLIGHT)
+                rubbed = lost * _part_rubbed(bounce_in(model, segment.bodies, body))
+                self._lost[body] += lost - rubbed
+                self._rubbed[body] += rubbed
             self._end = self._energy_at(row, high)
             self._sample(row, start, low, high)
             for at, upto in self._parts(start, low, high):
-                self._integrate(row, modes != FLIGHT, (start, at, upto))
+                self._integrate(row, segment.bodies, (start, at, upto))
 
     def found(self) -> dict[str, Any]:
         """Return the arrays of `RESULTS`, and of `HISTORY` if that is kept."""
@@ -150,6 +160,7 @@ class Measured:
             "max_approach_speed": np.array([own.max() if len(own) else math.nan for own in speeds]),
             "impact_power": self._lost / length,
             "tie_power": sums["ties"] / length,
+            "friction_power": (self._rubbed + sums["friction"]) / length,
             "mode_power": sums["modes"] / length,
             "mean_energy": sums["energy"] / length,
             "input_power": np.array(sums["work"] / length),
@@ -157,7 +168,8 @@ class Measured:
         for k, (name, _) in enumerate(RESULTS_OF_POINTS):
             found[f"peak_{name}"] = self._peaks[k]
             found[f"rms_{name}"] = np.sqrt(sums[name] / length)
-        lost = sum(found[name].sum() for name in ("impact_power", "tie_power", "mode_power"))
+        losses = ("impact_power", "tie_power", "friction_power", "mode_power")
+        lost = sum(found[name].sum() for name in losses)
         gained = (self._end - self._stored[0]) / length
         found["power_residual"] = np.array(found["input_power"] - lost - gained)
         if self._wanted:
@@ -213,7 +225,7 @@ class Measured:
         return [(a, b) for a, b in pairwise(ends) if b > a]
 
     def _integrate(
-        self, row: np.ndarray, sticks: np.ndarray, part: tuple[float, float, float]
+        self, row: np.ndarray, bodies: np.ndarray, part: tuple[float, float, float]
     ) -> None:
         """Add a part of a segment, in one cycle of the window, to integrals and peaks."""
         start, low, high = part
@@ -226,14 +238,17 @@ class Measured:
         x, v, y, u = self._states(row, taus)
         force = np.empty(len(taus))
         _write_force(self._forcing, float(row[PERIODS]), float(row[TIME]), taus, force)
-        moved = self._forced(sticks, force, (x, v, y, u))
+        joined, ways = bodies[:, MODE] != FLIGHT, bodies[:, SLIP_DIRECTION]
+        moved = self._forced(joined, self._rubs * ways, force, (x, v, y, u))
         weigh = np.tile(weights, pieces) * step * self._units.time
         s, sums = self._structure, self._sums
         drags = (v @ self._to_modes.T) * (v @ s.damping @ s.shapes)
         sums["work"] += float(weigh @ (force * (v @ self._push + u @ self._carried)))
         sums["modes"] = sums["modes"] + weigh @ drags
         sums["energy"] = sums["energy"] + weigh @ s.mode_energies(x, v)
-        sums["ties"] = sums["ties"] + weigh @ ((u - v @ self._boxes.T) ** 2) * self._dampings
+        rates = u - v @ self._boxes.T
+        sums["ties"] = sums["ties"] + weigh @ (rates**2) * self._dampings
+        sums["friction"] = sums["friction"] + weigh @ rates * (self._rubs * ways)
         fine, drawn = _finer(number), []
         for (name, _), values in zip(RESULTS_OF_POINTS, (x, v, moved), strict=True):
             there = values @ self._points.T
@@ -249,20 +264,33 @@ class Measured:
             self._ranges[:, cycle] = np.maximum(self._ranges[:, cycle], ends)
 
     def _forced(
-        self, sticks: np.ndarray, force: np.ndarray, state: tuple[np.ndarray, ...]
+        self,
+        joined: np.ndarray,
+        rubs: np.ndarray,
+        force: np.ndarray,
+        state: tuple[np.ndarray, ...],
     ) -> np.ndarray:
-        """Accelerations of the coordinates, with the masses that stick as a part of them."""
+        """Accelerations of the coordinates, with the masses that are joined as a part of them.
+
+        `rubs` are the forces of friction on the boxes.
+        """
         (x, v, y, u), s = state, self._structure
         mass = s.mass.copy()
         acting = np.outer(force, self._push) - v @ s.damping - x @ s.stiffness
         for k, b in enumerate(self._bodies):
-            if sticks[k]:
+            if joined[k]:
                 mass += b.mass * np.outer(b.box, b.box)
                 acting += np.outer(b.mass * (b.carried * force - b.gravity), b.box)
             else:
                 tie = b.stiffness * (y[:, k] - x @ b.box) + b.damping * (u[:, k] - v @ b.box)
-                acting += np.outer(tie, b.box)
+                acting += np.outer(tie + rubs[k], b.box)
         return np.linalg.solve(mass, acting.T).T
+
+
+def _part_rubbed(bounce: Bounce) -> float:
+    """Part of the energy of a closed burst that friction takes, not the impacts."""
+    eased = bounce.back / bounce.out
+    return (1.0 - eased) / (1.0 - bounce.shrinks**2) if eased < 1.0 else 0.0
 
 
 def _fastest(p: StructureParameters) -> float:

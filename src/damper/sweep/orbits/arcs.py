@@ -59,7 +59,8 @@ class Arc:
         if self.parameters.model == "structure":
             first, boxes = first_mass(self.parameters), boxes_of(self.parameters)
             for k in np.flatnonzero(self.start_sides):
-                for of_rate in range(2):
+                # Off the walls a mass keeps its place.
+                for of_rate in (1,) if self.start_sides[k] == RESTS else (0, 1):
                     found[first + 2 * k + of_rate, of_rate:first:2] = boxes[k]
         return found
 
