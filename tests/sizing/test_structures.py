@@ -11,6 +11,7 @@ import damper
 from damper.shell import main
 from damper.sizing import answer, structures, study
 from damper.sizing import search as search_module
+from damper.sizing.machine import GRAVITY
 from damper.sizing.search import Grid
 from damper.sizing.structures import (
     BoxedDamper,
@@ -71,8 +72,9 @@ def few(monkeypatch):
     monkeypatch.setattr(answer, "CHECK", 3)
 
 
-def test_a_run_is_one_of_simulate():
-    made = judge(counts="rms_displacement", gap_tolerance="2 mm")
+@pytest.mark.parametrize("friction", [0.0, 0.02])
+def test_a_run_is_one_of_simulate(friction):
+    made = judge(counts="rms_displacement", gap_tolerance="2 mm", friction_coefficient=friction)
     run = run_of("middle", 0.08, 0.028, place=0.5, hertz=(1.1,), off=(0, 1, 0))
     cube = damper.simulate(
         structure=made.machine.made,
@@ -80,10 +82,14 @@ def test_a_run_is_one_of_simulate():
         force_amplitude=2.0,
         forcing_frequency="1.1 Hz",
         state=damper.State([0, 0], [0, 0], 0.0075, 0.0),
+        friction_coefficient=friction,
+        transverse_acceleration=GRAVITY,
         transient=1,
         periods=1,
     )
     found = made.measured(run)
+    assert (cube.friction_power.item() > 0.0) == (friction > 0.0)
+    assert f"friction of coefficient {friction}" in next(made.assumptions(False)) or not friction
     wanted = cube.rms_displacement.sel(point="tip").item()
     assert found["rms_displacement"] == pytest.approx(wanted, rel=1e-12)
     assert found["impact_power"] == pytest.approx(cube.impact_power.item(), rel=1e-12)

@@ -120,7 +120,8 @@ SETTINGS = {
 #: Settings that a damper on a structure has as well.
 OF_ROOM = (
     *("largest_mass", "largest_gap", "restitution", "mass_tolerance", "gap_tolerance"),
-    *("restitution_tolerance", "record_step", "record_factor", "stop_modulus", "limit"),
+    *("restitution_tolerance", "record_step", "record_factor", "friction_coefficient"),
+    *("stop_modulus", "limit"),
 )
 if TYPE_CHECKING:
     Settings = Any
@@ -207,6 +208,13 @@ class Room(RoomBase):  # type: ignore[misc]
         NamedMapping("material", to="its restitution"),
         Field(description="In place of restitution: name -> restitution; the best is found."),
     ] = {}  # noqa: RUF012
+
+    @property
+    def friction(self) -> dict[str, float]:
+        """Quantities of a run by which the free mass rubs on its box; none if it does not."""
+        own = {"friction_coefficient": self.friction_coefficient}
+        pressed = {"transverse_acceleration": GRAVITY}
+        return own | pressed if self.friction_coefficient else {}
 
     @classmethod
     def without_units(
@@ -495,9 +503,7 @@ class Machine(Room, Settings):  # type: ignore[misc]
         """Quantities of a run by which weight acts on the free mass; none if it does not."""
         if self.orientation == UPRIGHT:
             return {"gravity": GRAVITY}
-        pressed = {"transverse_acceleration": GRAVITY}
-        own = {"friction_coefficient": self.friction_coefficient}
-        return own | pressed if self.friction_coefficient else {}
+        return self.friction
 
     @property
     def rate(self) -> float:

@@ -26,7 +26,7 @@ from damper.parameters.run import RunSettings
 from damper.parameters.structure import Structure
 from damper.sizing.machine import COUNTS, ONE_OF_STOPS, RECORDS, Room, RoomSettings, of_folder
 from damper.sizing.search import Grid, Search, measure
-from damper.sizing.study import AFTER, ONE_MASS, PLACES, Judge, rounded
+from damper.sizing.study import AFTER, PLACES, Judge, in_words, rounded
 from damper.structures.structure.settings import StructureEntry
 from damper.study.fields import DistinctList, Line, Text, Unit
 from damper.study.messages import Mistakes
@@ -38,7 +38,7 @@ _ONE_OF: dict[tuple[str, ...], str] = {
     **ONE_OF_STOPS,
 }
 #: Keys of a machine of one mass that change the damper's runs.
-OF_ONE_MACHINE = ("units", "orientation", "friction_coefficient")
+OF_ONE_MACHINE = ("units", "orientation")
 #: The grid: parts of the largest mass, gaps down to `_LEAST_GAP` of the largest.
 _GRID = Grid(2.0**0.5, (1.0, 0.5, 0.25), (2.0**0.125, 2.0**0.03125))
 _LEAST_GAP = 1.0 / 64.0
@@ -323,6 +323,8 @@ class StructureJudge(Judge):
         driven = {"forcing": m.record if m.is_recorded else kind, "force_amplitude": size}
         if run.case.hertz:
             driven["forcing_frequency"] = 2.0 * math.pi * run.case.hertz[0]
+        if run.damper.gap != _NO_WALLS:
+            driven |= m.friction
         mass = {"box": run.damper.box, **self.sizes(run.damper, run.case.off)}
         return SIParameters(structure=m.made, masses=[mass], **driven)  # type: ignore[arg-type]
 
@@ -374,10 +376,13 @@ class StructureJudge(Judge):
         return pd.DataFrame(made)
 
     def studies(self, damper: BoxedDamper, hardest: StructureCase) -> dict[str, dict[str, Any]]:
-        """Runs from rest with the damper as built and with walls out of reach; the hardest case."""
+        """Runs from rest with the damper as built and with walls out of reach; the hardest case.
+
+        Where the free mass rubs it does so without walls, too, and the second of them is left out.
+        """
         rest = self._study("from rest", BoxedRun(damper, StructureCase(hertz=tuple(self.band[:1]))))
         gap = rest["masses"][0].pop("gap")
-        rest["axes"] = {"gap_0": {"values": [gap, _NO_WALLS]}}
+        rest["axes"] = {"gap_0": {"values": [gap] if self.machine.friction else [gap, _NO_WALLS]}}
         if self.band:
             del rest["parameters"]["forcing_frequency"]
             rest["axes"]["forcing_frequency"] = {"values": self.band, "unit": "Hz"}
@@ -389,7 +394,7 @@ class StructureJudge(Judge):
         """The study of one run, from rest."""
         m, p = self.machine, self.parameters(run)
         transient, periods = self.cycles(p, run.case.longer)
-        driven = {"force_amplitude": m.force[1]}
+        driven = {"force_amplitude": m.force[1], **m.friction}
         driven |= {"forcing_frequency": p.forcing_frequency} if run.case.hertz else {}
         return {
             "title": f"{m.title}: {title}",
@@ -422,13 +427,15 @@ class StructureJudge(Judge):
     def idle(self, damper: BoxedDamper) -> float:
         """What counts where no wall of a damper reaches a free mass at rest; else 0."""
         m, box = self.machine, self.machine.made.boxes[damper.box]
+        if m.friction:  # it takes the free mass along
+            return 0.0
         still = (h for h in self.band if abs(box @ m.alone(h)) < 0.5 * damper.gap)
         return max((m.counted(m.undamped(h), h) for h in still), default=0.0)
 
     def assumptions(self, quick: bool) -> Iterator[str]:
         """Sentences of a card on what was assumed."""
         m = self.machine
-        yield ONE_MASS
+        yield in_words(m.friction, 1)
         yield f"Linear modes of the structure: {len(m.made)}; impacts take no time."
         if m.is_recorded:
             yield "All begins at rest, the free mass anywhere in the box."

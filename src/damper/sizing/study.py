@@ -20,7 +20,7 @@ import numpy as np
 from damper.parameters import Parameters
 from damper.parameters.masses import equal_masses
 from damper.parameters.named import completed
-from damper.sizing.machine import GRAVITY, UPRIGHT, Machine
+from damper.sizing.machine import GRAVITY, Machine
 from damper.sizing.words import text_of
 from damper.sweep.grid import product
 from damper.sweep.runs import run_points
@@ -46,7 +46,7 @@ PLACES, _SIZES = [-1.0, -0.5, 0.0, 0.5, 1.0], [0.5, 1.0, 2.0]
 #: Cycles of the machine's own in which a peak after a record is looked for.
 AFTER = 2.0
 #: The first assumption of every card.
-ONE_MASS = "One rigid free mass without friction in a box along the motion, between equal walls."
+_ONE_MASS = "One rigid free mass without friction in a box along the motion, between equal walls."
 #: Of several masses: how far the gaps differ either way, which is less than any workshop's, and
 #: the distance in clearances between the places of one and the next where they begin apart.
 SPREAD, _APART = 1e-3, 0.73
@@ -337,7 +337,7 @@ class WorstCase(Judge):
     def assumptions(self, quick: bool) -> Iterator[str]:
         """Sentences of a card on what was assumed."""
         m = self.machine
-        yield _in_words(m, self.count)
+        yield in_words(m.weight, self.count)
         if m.weight.get("gravity"):
             yield "Displacements count from where the machine rests without the free mass."
         yield (
@@ -660,19 +660,19 @@ class WorstCase(Judge):
         }
 
 
-def _in_words(machine: Machine, count: int) -> str:
+def in_words(weight: Mapping[str, float], count: int) -> str:
     """First assumption of a card: the free masses, their boxes, weight and friction."""
-    if count == 1 and not machine.weight:
-        return ONE_MASS
+    if count == 1 and not weight:
+        return _ONE_MASS
     many = count > 1
     boxes = "each in a box of its own" if many else "in a box"
-    friction = machine.weight.get("friction_coefficient", 0.0)
+    friction = weight.get("friction_coefficient", 0.0)
     rubs = f"with dry friction of coefficient {friction:g}" if friction else "without friction"
     text = (
         f"{count if many else 'One'} rigid free mass{'es side by side' * many} {rubs}, {boxes} "
         "along the motion, between equal walls."
     )
-    if machine.orientation == UPRIGHT:
+    if "gravity" in weight:
         text += f" The motion is upright: {GRAVITY:g} m/s² pull the free mass to the lower wall."
     elif friction:
         text += f" The box lies: {GRAVITY:g} m/s² press the free mass on it."
