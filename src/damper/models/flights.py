@@ -337,6 +337,13 @@ class Bounce(NamedTuple):
 
 
 @compiled
+def rubbed_part(bounce: Bounce) -> float:
+    """Part of the energy of a complete chatter sequence that friction takes, to first order."""
+    eased = bounce.back / bounce.out
+    return (1.0 - eased) / (1.0 - bounce.shrinks * bounce.shrinks) if eased < 1.0 else 0.0
+
+
+@compiled
 def bounce_from(start: Any, flight: Any, segment: Segment, friction: float) -> Bounce:
     """How a free mass bounces that slides away from a wall, in the flight that begins there."""
     a, _, _, _ = relative_rates(start, flight)

@@ -22,7 +22,7 @@ from damper.engine.model import read_segment
 from damper.engine.quadrature import FEWEST, NODES, REACH, WEIGHTS, nodes_for
 from damper.engine.segment import CAUSE, DURATION, FLIGHT, IMPACT, PERIODS, TAIL, TIME
 from damper.engine.trajectory import Trajectory
-from damper.models.flights import Bounce
+from damper.models.flights import rubbed_part
 from damper.models.forces import drive_of
 from damper.models.friction import SLIP_DIRECTION
 from damper.models.many import MODE
@@ -137,7 +137,7 @@ class Measured:
             modes = segment.bodies[:, MODE]
             if start >= 0.0 and row[DURATION] > 0.0 and (modes == TAIL).any():
                 body, lost = int(segment.body), self._lost_in_tail(row, modes != FLIGHT)
-                rubbed = lost * _part_rubbed(bounce_in(model, segment.bodies, body))
+                rubbed = lost * rubbed_part(bounce_in(model, segment.bodies, body))
                 self._lost[body] += lost - rubbed
                 self._rubbed[body] += rubbed
             self._end = self._energy_at(row, high)
@@ -285,12 +285,6 @@ class Measured:
                 tie = b.stiffness * (y[:, k] - x @ b.box) + b.damping * (u[:, k] - v @ b.box)
                 acting += np.outer(tie + rubs[k], b.box)
         return np.linalg.solve(mass, acting.T).T
-
-
-def _part_rubbed(bounce: Bounce) -> float:
-    """Part of the energy of a closed burst that friction takes, not the impacts."""
-    eased = bounce.back / bounce.out
-    return (1.0 - eased) / (1.0 - bounce.shrinks**2) if eased < 1.0 else 0.0
 
 
 def _fastest(p: StructureParameters) -> float:

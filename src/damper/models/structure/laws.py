@@ -17,9 +17,10 @@ from damper.engine.forcing import bound_of, derivative_of, phase_at, rate_of, tu
 from damper.engine.impact import restitution_at
 from damper.engine.model import read_segment
 from damper.engine.quadrature import FEWEST, NODES, REACH, WEIGHTS, nodes_for
-from damper.engine.segment import FLIGHT, IMPACT, NOTHING, STICKING, TAIL
+from damper.engine.segment import FLIGHT, IMPACT, NOTHING, RESTING, STICKING, TAIL
 from damper.engine.trajectory import Trajectory
 from damper.models.forces import drive_of
+from damper.models.friction import SLIP_DIRECTION
 from damper.models.many import CAUSE, MODE, SIDE
 from damper.models.structure.constants import HEAD, SYSTEM_RATE, mass_in
 from damper.models.wall_laws import law_of
@@ -63,17 +64,10 @@ class StructureLaws:
         The run.
     names : iterable of str
         Names of the laws.
-
-    Raises
-    ------
-    ValueError
-        For dry friction.
     """
 
     def __init__(self, trajectory: Trajectory, names: Iterable[str]) -> None:
         p = trajectory.parameters
-        if p.rubs:
-            raise ValueError("laws: those of dry friction on a structure are not judged")
         s, each, drive = p.structure, p.each, drive_of(p)
         self._trajectory, self._model, self._forcing = trajectory, trajectory.model, drive.forcing
         self._mass, self._damping, self._stiffness = s.mass, s.damping, s.stiffness
@@ -81,9 +75,9 @@ class StructureLaws:
         push = np.zeros(len(s.mass)) if place is None else drive.amplitude * place
         self._push = s.mass @ push if drive.share else push
         self._boxes = np.array([s.boxes[one.box] for one in each])
-        self._free, self._clearances, self._gravity, self._ties, self._dashpots = (
-            np.array([getattr(one, name) for one in each])
-            for name in ("mass", "clearance", "gravity", "tie_stiffness", "tie_damping")
+        names_of = "mass", "clearance", "gravity", "tie_stiffness", "tie_damping", "friction"
+        self._free, self._clearances, self._gravity, self._ties, self._dashpots, self._rubs = (
+            np.array([getattr(one, name) for one in each]) for name in names_of
         )
         shares = np.array([s.base_shares[one.box] for one in each])
         self._carried = drive.share * drive.amplitude * shares
@@ -193,7 +187,8 @@ class StructureLaws:
         self._worse("continuity", self._norm(self._mass @ (after.x - before.x)), place)
         self._worse("continuity", after.y - before.y, lengths)
         hits = b.hits if a.tells_all else np.zeros_like(b.hits)
-        touch = hits | (a.modes != FLIGHT) | (b.modes == TAIL)
+        # Friction gives no impulse.
+        touch = hits | np.isin(a.modes, (STICKING, TAIL)) | (b.modes == TAIL)
         gained = np.where(touch, self._free * (after.u - before.u), 0.0)
         left = self._mass @ (after.v - before.v) + gained @ self._boxes
         self._worse("momentum" if hits.any() else "continuity", self._norm(left), speed)
@@ -255,8 +250,11 @@ class StructureLaws:
         return found
 
     def _press(self, part: _Part) -> None:
-        """Look for masses that stick to a wall which would have to pull them."""
-        sticks, (x, v, _, _) = part.modes == STICKING, part.states
+        """Look for masses that stick to a wall which would have to pull them.
+
+        Friction helps a wall, and alone holds a mass off the walls.
+        """
+        sticks, (x, v, _, _) = np.isin(part.modes, (STICKING, RESTING)), part.states
         if part.segment.duration == 0.0 or not sticks.any() or (part.modes == TAIL).any():
             return
         force, ties = self._forces(part), self._tied(part.states)
@@ -264,12 +262,14 @@ class StructureLaws:
         inner = v @ self._damping + x @ self._stiffness
         acting = np.outer(force, self._push) - inner + (ties * ~sticks) @ self._boxes
         acting += (own * self._free * sticks) @ self._boxes
+        acting += (self._free * self._rubs * part.segment.bodies[:, SLIP_DIRECTION]) @ self._boxes
         heavier = self._mass + (self._boxes.T * (self._free * sticks)) @ self._boxes
         moved = np.linalg.solve(heavier, acting.T).T @ self._boxes.T
         # The tie pulls the mass as it pulls the box, the other way.
         pressed = -part.sides * (moved - own + ties / self._free)
+        pressed = np.where(part.modes == RESTING, -np.abs(pressed), pressed) + self._rubs
         sizes = np.array([self._norm(one) for one in inner])[:, None] + self._strength
-        sizes = self._yields * sizes + np.abs(own) + np.abs(ties) / self._free
+        sizes = self._yields * sizes + np.abs(own) + np.abs(ties) / self._free + self._rubs
         self._worse("tensile_force", np.minimum(pressed, 0.0)[:, sticks], sizes[:, sticks])
 
     def _balance(self, part: _Part) -> None:
@@ -280,6 +280,7 @@ class StructureLaws:
             return
         rates = u - v @ self._boxes.T
         drag = np.einsum("ti,ij,tj->t", v, self._damping, v) + rates**2 @ self._dashpots
+        drag += rates @ (self._free * self._rubs * part.segment.bodies[:, SLIP_DIRECTION])
         work = self._forces(part) * (v @ self._push + u @ (self._free * self._carried))
         put, lost = float(part.weights @ work), float(part.weights @ drag)
         self._lacks += put - lost - float(energies[0, -1] - energies[0, 0])

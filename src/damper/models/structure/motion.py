@@ -36,7 +36,6 @@ from damper.models.structure.constants import (
     OnStructure,
     box_at,
     first_row,
-    friction_of,
     mass_in,
     size_in,
     size_of,
@@ -131,11 +130,10 @@ def state_after(
 
 @compiled
 def bounce_in(model: OnStructure, bodies: np.ndarray, k: int) -> Bounce:
-    """How a mass bounces in a tail."""
+    """How a mass bounces in a tail, or at a restitution of its wall where that has no time left."""
     b = bodies[k]
     r = restitution_at(law_of(model, mass_in(model.masses, k), float(b[SIDE])), 0.0)
-    if friction_of(model, k) == 0.0 or not (b[MODE] == TAIL and b[ACCUMULATION] > 0.0):
-        # As fast back as out, whatever presses it.
+    if not (b[MODE] == TAIL and b[ACCUMULATION] > 0.0 and b[RATE] > 0.0):
         return Bounce(1.0, 1.0, r)
     root = math.sqrt(float(b[EASED]))
     out = b[RATE] * (1.0 + 1.0 / root) / (b[ACCUMULATION] * (1.0 - r * root))

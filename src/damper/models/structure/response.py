@@ -8,16 +8,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damper.engine.accumulation import bounce_at
-from damper.engine.compiled import compiled_apart
+from damper.engine.compiled import compiled, compiled_apart
 from damper.engine.forcing import force_rates, phase_at, rate_of
-from damper.engine.impact import restitution_at
 from damper.engine.model import begin_samples
 from damper.engine.peak import Moment, bounds_of, moment_at
 from damper.engine.quadrature import LONGEST_REACH
 from damper.engine.search import HORIZON
 from damper.engine.segment import FLIGHT, TAIL
 from damper.models import response as declared
+from damper.models.flights import bounce_at, rubbed_part
+from damper.models.friction import SLIP_DIRECTION
 from damper.models.many import ACCUMULATION, GAP, MODE, RATE, SIDE
 from damper.models.structure.constants import (
     DISPLACEMENT,
@@ -30,12 +30,12 @@ from damper.models.structure.constants import (
     OnStructure,
     box_at,
     first_row,
+    friction_of,
     mass_in,
     size_of,
 )
 from damper.models.structure.flow import impulses_to_rest
-from damper.models.structure.motion import all_after
-from damper.models.wall_laws import law_of
+from damper.models.structure.motion import all_after, bounce_in
 
 
 class StructureMotion(NamedTuple):
@@ -56,9 +56,7 @@ class Powers(NamedTuple):
 
 
 def prepare(model: OnStructure) -> tuple:
-    """Nothing, once it is known that no mass rubs on its box; ValueError where one does."""
-    if "sliding" in model.features:
-        raise ValueError("energies of dry friction on a structure are not observed")
+    """Nothing."""
     return ()
 
 
@@ -167,7 +165,33 @@ def _integrate_segment(model, tables, segment, low, high, peak):
     moving = StructureMotion(model, segment, begin_samples(model, segment))
     found = declared.oscillation(moving, low, high, 0.0)
     loss = _in_bounces(model, segment, low) - _in_bounces(model, segment, high)
-    return declared.with_energies(found, found.work, loss, found.modulation, 0.0, 0.0)
+    rubbed = loss * _part_rubbed(model, segment.bodies)
+    slid = rubbed + _rubbed_in(model, segment, moving.start, low, high)
+    return declared.with_energies(found, found.work, loss - rubbed, found.modulation, slid, 0.0)
+
+
+@compiled
+def _part_rubbed(model, bodies):
+    """Part of what is lost in a tail that friction takes, to first order."""
+    found = 0.0
+    for k in range(len(bodies)):
+        if bodies[k, MODE] == TAIL and bodies[k, RATE] > 0.0:
+            found = rubbed_part(bounce_in(model, bodies, k))
+    return found
+
+
+@compiled_apart
+def _rubbed_in(model, segment, start, low, high):
+    """Energy lost in slides in a part of a segment; each goes one way."""
+    lost, none = 0.0, len(segment.bodies)
+    for k in range(none):
+        way = segment.bodies[k, SLIP_DIRECTION]
+        if way != 0.0:
+            before = all_after(model, segment, start, low, none, 0.0).bodies[k, GAP]
+            after = all_after(model, segment, start, high, none, 0.0).bodies[k, GAP]
+            slid = -way * segment.bodies[k, SIDE] * (after - before)
+            lost += mass_in(model.masses, k).mass * friction_of(model, k) * slid
+    return lost
 
 
 @compiled_apart
@@ -177,11 +201,10 @@ def _in_bounces(model, s, tau):
     for k in range(len(bodies)):
         b = bodies[k]
         if b[MODE] == TAIL and b[RATE] > 0.0 and b[ACCUMULATION] > 0.0:
-            rate, left = float(b[RATE]), float(b[ACCUMULATION])
-            r = restitution_at(law_of(model, mass_in(model.masses, k), float(b[SIDE])), 0.0)
-            gap, bounce = bounce_at(r, left, rate, tau)
-            # Until it ends, a bounce holds the square of its speed.
-            held = (bounce * bounce + 4.0 * rate / (left * (1.0 - r)) * gap) / (rate * rate)
+            rate, bounce = float(b[RATE]), bounce_in(model, bodies, k)
+            gap, speed = bounce_at(bounce, float(b[ACCUMULATION]), rate, tau)
+            # Until it ends, a bounce holds the square of its speed, but for friction.
+            held = (speed * speed + (bounce.out + bounce.back) * gap) / (rate * rate)
     if held == 0.0:
         return 0.0
     energy = 0.0
