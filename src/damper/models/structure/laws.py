@@ -201,7 +201,7 @@ class StructureLaws:
             law = plain(law_of)(self._model, m, float(b.sides[k]))
             wanted = plain(restitution_at)(law, -float(rates[k])) * -rates[k]
             rests = b.modes[k] == TAIL and abs(rebounds[k]) < wanted
-            if not (rests and wanted <= self._model.tolerance * self._parting(k, before)):
+            if not (rests and wanted <= self._model.tolerance * self._parting(int(k), before)):
                 self._worse("restitution_law", rebounds[k] - wanted, speeds[k])
         if hits.any():
             others = touch & ~hits
