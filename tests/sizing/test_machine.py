@@ -78,6 +78,21 @@ def test_what_is_wrong_is_told_with_what_would_be_feasible(given: dict, words: l
         assert word in str(error.value)
 
 
+@pytest.mark.parametrize("key", FRAME)
+@pytest.mark.parametrize("orientation", ["lying", "upright"])
+def test_a_key_that_is_left_out_is_named_whatever_the_box(key: str, orientation: str) -> None:
+    free = {"initial_displacement": 0.01, "decay_to": 0.1}
+    for drive in ({}, free):
+        given = FRAME | {"orientation": orientation} | drive
+        if drive:
+            given = {k: v for k, v in given.items() if k not in ("force_amplitude", "band")}
+        if key not in given:
+            continue
+        with pytest.raises(ValueError, match=f"{key}|the drive") as error:
+            machine_of({k: v for k, v in given.items() if k != key})
+        assert "missing" in str(error.value) or "exactly one" in str(error.value)
+
+
 def test_a_value_that_few_machines_have_is_asked_about_and_taken() -> None:
     """A gap of 20 m may be meant, so it is no mistake; 20 mm is not spoken of."""
     asked = damper.design(FRAME | {"largest_gap": 20.0}, quick=True)

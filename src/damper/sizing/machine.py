@@ -449,8 +449,11 @@ class Machine(Room, Settings):  # type: ignore[misc]
         if upright and self.friction_coefficient:
             message = "friction_coefficient in an upright box: nothing presses the mass on its side"
             mistakes.add(("friction_coefficient",), message, f"0, or orientation: {LYING}")
+        # Where the natural frequency is missing, that is said already.
+        if not (upright and self.is_free and self.rate):
+            return
         shift = self.largest_mass * GRAVITY / self.primary["stiffness"]
-        if upright and self.is_free and shift > _SHIFT * self.decay_to * self.initial_displacement:
+        if shift > _SHIFT * self.decay_to * self.initial_displacement:
             message = (
                 f"the weight of a free mass of {self.largest_mass:g} kg moves the machine by "
                 f"{shift:.3g} m, more than a tenth of where the decay ends"
