@@ -123,6 +123,8 @@ def test_mistakes_in_a_structure_name_matrix_and_entry(changed, message):
         ({"shapes": {"tip": [1.0]}}, r"shapes\['tip'\] has the shape \(1,\): must be 2 values"),
         ({"shapes": {"tip": [1, 2], "force": "tpi"}}, "unknown place of the force 'tpi'"),
         ({"base_shares": {"tpi": 1.0}}, "unknown box of base_shares 'tpi'"),
+        ({"shapes": 3}, "shapes = 3: must be a mapping of names to vectors"),
+        ({"base_shares": [1.0]}, r"base_shares = \[1.0\]: must be a mapping of names to shares"),
     ],
 )
 def test_mistakes_in_a_modal_table(changed, message):

@@ -155,7 +155,7 @@ class Structure:
         ):
             for k, value in enumerate(values.tolist()):
                 in_range(f"{name}[{k}]", value, minimum=0.0, above=above)
-        given = dict(shapes or {})
+        given = _mapping("shapes", shapes)
         if isinstance(given.get(FORCE), str):
             if given[FORCE] not in given.keys() - {FORCE}:
                 raise unknown_name("place of the force", given[FORCE], given.keys() - {FORCE})
@@ -163,7 +163,7 @@ class Structure:
         vectors = _named_vectors("shapes", given, n, named=False)
         single = {name: vectors.pop(name, None) for name in (FORCE, BASE)}
         shares = dict.fromkeys(vectors, 1.0)
-        for name, share in (base_shares or {}).items():
+        for name, share in _mapping("base_shares", base_shares, "shares").items():
             if name not in shares:
                 raise unknown_name("box of base_shares", name, shares)
             shares[name] = finite(f"base_shares[{name!r}]", share)
@@ -456,13 +456,16 @@ def _vector(name: str, given: Any, n: int) -> np.ndarray:
     return array
 
 
+def _mapping(name: str, given: Any, of: str = "vectors") -> dict[str, Any]:
+    if not isinstance(given, Mapping | None):
+        raise TypeError(f"{name} = {given!r}: must be a mapping of names to {of}")
+    return dict(given or {})
+
+
 def _named_vectors(
     name: str, given: Mapping[str, Any] | None, n: int, named: bool = True
 ) -> dict[str, np.ndarray]:
-    if given is None:
-        return {}
-    if not isinstance(given, Mapping):
-        raise TypeError(f"{name} = {given!r}: must be a mapping of names to vectors")
+    given = _mapping(name, given)
     for key in given:
         if not isinstance(key, str) or not key.strip():
             raise TypeError(f"{name}: {key!r} is no name")
