@@ -37,7 +37,7 @@ _ALIKE = 4.0
 #: Points of a round of draws; by what each round flattens their probability; how many independent
 #: ones' worth is enough; and how much larger, over the variance, the sum of squares of the first
 #: ones may be.
-_DRAWN, _HEATS, _ENOUGH, _FAR = 300, (4.0, 2.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), 200.0, 40.0
+_DRAWN, _HEATS, _ENOUGH, _FAR = 400, (4.0, 2.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), 400.0, 40.0
 #: Degrees of freedom of the distributions t that draw, and fits after each round.
 _TAILS, _MORE_FITS = 5, 3
 #: Part of the probability on each side of an interval.
