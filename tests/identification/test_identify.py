@@ -87,6 +87,35 @@ def test_derivatives_are_those_of_runs(kind):
         assert error.max() < 1e-4 * abs(jacobian[:, j]).max(), asked.unknowns[j].name
 
 
+@pytest.mark.parametrize(
+    ("order", "kind"), [(0, "displacement"), (1, "velocity"), (2, "acceleration")]
+)
+def test_starts_are_around_the_first_motion(order, kind):
+    """Of a sine with 20 rad/s, the machine's, that begins with 0.02 m and 0.3 m/s."""
+    times = np.arange(0.0, 1.0, 0.0025)
+    turned = 20.0 * times + 0.5 * math.pi * order
+    values = 20.0**order * (0.02 * np.cos(turned) + 0.015 * np.sin(turned))
+    values += 1e-3 * abs(values).max() * np.random.default_rng(0).standard_normal(len(times))
+    record = damper.Recording(times, values, kind=kind, offset=False)
+    asked = problem(record, ["initial_displacement", "initial_velocity"])
+    for unknown, true in zip(asked.unknowns, (0.02, 0.3), strict=True):
+        low, high = unknown.starts
+        assert 0.5 * (low + high) == pytest.approx(true, rel=0.02)
+        assert high - low < 0.9 * true
+
+
+def test_an_exact_record_gives_the_truth(monkeypatch):
+    monkeypatch.setattr("damper.identification.fit._ROUNDS", ((8, 1),))
+    times, values, _ = decay(0.3, 121)
+    known = {name: value for name, value in TRUE.items() if name != "restitution"}
+    found = damper.identify(damper.Recording(times, values), ["restitution"], known)
+    low, high = found.interval("restitution")
+    assert low < 0.6 < high
+    assert high - low < 1e-6
+    assert found["restitution"] == pytest.approx(0.6, abs=1e-10)
+    assert not found.warnings
+
+
 def test_impacts_hide_the_same_samples_of_every_run():
     """Else a run with other impacts may leave out what the noise makes large."""
     times, values, events = decay()

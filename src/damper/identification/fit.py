@@ -384,7 +384,7 @@ class Fitter:
             max_nfev=steps,
             ftol=(_FINE if part == 1.0 else _ROUGH) / self.count,
             xtol=1e-10,
-            gtol=None,
+            gtol=float(np.finfo(float).eps),  # of exact records the gradient vanishes
         )
         jacobian = found.jac
         if fixed is not None:
