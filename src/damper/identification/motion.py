@@ -42,9 +42,9 @@ from damper.sweep.orbits.arcs import vector, zero
 
 #: Longest piece between two polynomials, in units of the fastest rate of the motion.
 _PIECE = 12.0
-#: Points of a piece, the fewest, and how many more for each unit of its length: for 1e-9 of the
-#: motion's size.
-_FEWEST, _MORE = 8, 1.2
+#: Points of a piece, the fewest, and how many more for each unit of its length: for 1e-10 of the
+#: size of the motion and of its acceleration.
+_FEWEST, _MORE = 12, 1.5
 #: Part of a piece over which an acceleration without derivatives is the change of the velocity.
 _LITTLE = 3e-4
 #: Events of a run at most: beyond these no record has an impact.
