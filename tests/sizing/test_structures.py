@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -93,6 +94,48 @@ def test_a_run_is_one_of_simulate(friction):
     wanted = cube.rms_displacement.sel(point="tip").item()
     assert found["rms_displacement"] == pytest.approx(wanted, rel=1e-12)
     assert found["impact_power"] == pytest.approx(cube.impact_power.item(), rel=1e-12)
+
+
+def test_masses_side_by_side_in_an_upright_box_are_those_of_simulate():
+    """They share the mass, their gaps differ a little, and they begin apart."""
+    made = judge(orientation="upright", transient=0)
+    made = replace(made, count=2)
+    run = run_of("middle", 0.08, 0.03, place=0.5, spacing=0.7, hertz=(1.1,))
+    mass = {"box": "middle", "free_mass": 0.04, "restitution": OF_STEEL}
+    gaps = [0.03 * (1.0 - study.SPREAD), 0.03 * (1.0 + study.SPREAD)]
+    cube = damper.simulate(
+        structure=made.machine.made,
+        masses=[mass | {"gap": gap} for gap in gaps],
+        gravity=9.81,
+        force_amplitude=2.0,
+        forcing_frequency="1.1 Hz",
+        state=damper.State([0, 0], [0, 0], [0.25 * gaps[0], 0.4 * gaps[1]], [0.0, 0.0]),
+        transient=0,
+        periods=1,
+    )
+    found = made.measured(run)
+    wanted = cube.peak_displacement.sel(point="tip").item()
+    assert found["peak_displacement"] == pytest.approx(wanted, rel=1e-12)
+    assert found["impact_power"] == pytest.approx(cube.impact_power.sum().item(), rel=1e-12)
+    assert found["max_approach_speed"] == pytest.approx(cube.max_approach_speed.max().item())
+    assert any("2 rigid free masses side by side" in one for one in made.assumptions(False))
+    studied = StructureStudy.checked("", made.studies(run.damper, run.case)["from_rest"])
+    (first, _), axis = studied.masses, tuple(studied.axes["gap"].points)
+    assert first == mass
+    assert axis == (0.03,)
+    assert studied.parameters["gravity"] == 9.81
+
+
+def test_the_best_number_of_masses_is_chosen(monkeypatch, few):
+    def value(self, run):
+        found = dict.fromkeys(structures._OF_MASS, 0.0)
+        return found | {"peak_displacement": 1.0 / self.count + 0.1 * run.damper.gap}
+
+    monkeypatch.setattr(StructureJudge, "measured", value)
+    found = damper.design(MACHINE | {"units": [1, 2]})
+    assert found.counts["units"].tolist() == ["2", "1"]
+    assert (found.count, found.boxes_to_build) == (2.0, 2)
+    assert found.alike == pytest.approx(found.worst + 0.5)
 
 
 def test_a_start_on_the_motion_without_damper_stays_on_it():
@@ -234,8 +277,11 @@ def test_a_record_of_the_ground(few, tmp_path):
         ({"record_step": 0.1}, "there is none"),
         ({"initial_displacement": "1 mm"}, "initial_displacement"),
         ({"band": [0.0, 1.0]}, "frequencies above 0"),
-        ({"units": [1, 2]}, r"^units = \[1, 2\]: goes with a machine of one mass"),
-        ({"orientation": "upright"}, "^orientation = 'upright': goes with a machine of one mass"),
+        (
+            {"friction_coefficient": 0.1, "orientation": "upright"},
+            "^friction_coefficient: friction_coefficient in an upright box",
+        ),
+        ({"units": [1, 2, 3, 4, 5, 6]}, "^units: 6 numbers of masses.*at most 5"),
     ],
 )
 def test_mistakes_are_named(changed, message):
@@ -258,7 +304,7 @@ def test_the_command_reads_a_file(monkeypatch, tmp_path):
     (tmp_path / "machine.yaml").write_text(
         "title: A beam\nstructure: {modes: beam.csv, force: middle}\nforce_amplitude: 2 N\n"
         "band: [0.9 Hz, 1.1 Hz]\npoint: tip\nlargest_mass: 0.1 kg\nlargest_gap: 80 mm\n"
-        "restitution: 0.6\n"
+        "restitution: 0.6\nunits: 1\n"
     )
     given = ["design", str(tmp_path / "machine.yaml"), "--output", str(tmp_path / "made")]
     done = CliRunner().invoke(main, given)

@@ -178,6 +178,14 @@ def test_settings_in_plain_values_make_the_same_parameters(tmp_path):
         ({"axes": {"gap_0": {"values": [1.0], "unit": "Hz"}}}, "gap_0 is not in Hz here"),
         ({"axes": {}}, "'gap_0' is no dimension of the cube"),
         ({"history": 3}, "the window has 2 cycles"),
+        (
+            {"observers": {"chatter_bursts": {"since": [0, 2]}}},
+            r"yaml:\d+ .*chatter_bursts\n.*since = 2.0: begins after the window of 2 cycles",
+        ),
+        (
+            {"observers": {"trajectory": {"length": 3}}, "history": 0, "figures": {}},
+            "after the start of the window, which is 2 cycles long",
+        ),
         ({"observers": {"decay": None}}, "observers.decay.*a force drives the damper"),
         ({"observers": {"impacts": None}}, "impacts does not know boxes on a structure"),
         (

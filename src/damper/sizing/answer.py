@@ -306,11 +306,7 @@ def design(
     if not on_structure:
         _check_runs(judge)
     m, answer = judge.machine, _answer_on if on_structure else _answer
-    searches: list[Any] = (
-        [StructureSearch(judge)]
-        if on_structure
-        else [Search(WorstCase(m, count)) for count in m.counts_of_masses]
-    )
+    searches = [_search_for(m, count) for count in m.counts_of_masses]
     tried, search = list[tuple[Any, Any]](), searches[0]
     with progress_bar(lambda: search.doing, "") as show:
         for search in searches:
@@ -619,14 +615,26 @@ def _answer(search: Search, damper: Sizes) -> Design:
     studies["worst"] = judge.one(damper, search.hardest[damper])
     numbers |= _largest(every, cube_of(studies["check"])[judge.machine.measured[0]])
     if judge.count > 1:
-        one = Search(WorstCase(judge.machine))
-        numbers["alike"] = one.worst(damper)
-        studies["alike"] = one.judge.one(damper, one.hardest[damper])
+        numbers["alike"], one, case = _alike(judge.machine, damper)
+        studies["alike"] = one.one(damper, case)
     orbit = _orbit(judge, damper, frequency)
     if orbit:
         numbers |= _margins(orbit, damper.gap)
     numbers |= _changes(judge, damper, frequency, orbit, studies)
     return _design(judge, damper, quick=False, studies=studies, **numbers)
+
+
+def _search_for(m: Any, count: int) -> Any:
+    """A search among dampers of so many masses side by side."""
+    if isinstance(m, StructureMachine):
+        return StructureSearch(StructureJudge(m, count=count))
+    return Search(WorstCase(m, count))
+
+
+def _alike(m: Any, damper: Any) -> tuple[float, Any, Any]:
+    """Worst case of a damper whose masses move as one, who judges it, and the case."""
+    one = _search_for(m, 1)
+    return one.worst(damper), one.judge, one.hardest[damper]
 
 
 def _answer_on(search: StructureSearch, damper: Any) -> Design:
@@ -643,6 +651,9 @@ def _answer_on(search: StructureSearch, damper: Any) -> Design:
         numbers["worst_frequency"] = float(own.frequency.iloc[own.value.argmax()])
         numbers |= _over_frequencies(every, judge)
     studies = judge.studies(damper, search.hardest[damper])
+    if judge.count > 1:
+        numbers["alike"], one, case = _alike(m, damper)
+        studies["alike"] = one.studies(damper, case)["worst"]
     return _design(judge, damper, quick=False, box=damper.box, studies=studies, **numbers)
 
 

@@ -121,7 +121,7 @@ SETTINGS = {
 OF_ROOM = (
     *("largest_mass", "largest_gap", "restitution", "mass_tolerance", "gap_tolerance"),
     *("restitution_tolerance", "record_step", "record_factor", "friction_coefficient"),
-    *("stop_modulus", "limit"),
+    *("orientation", "stop_modulus", "limit"),
 )
 if TYPE_CHECKING:
     Settings = Any
@@ -208,19 +208,21 @@ class Room(RoomBase):  # type: ignore[misc]
         NamedMapping("material", to="its restitution"),
         Field(description="In place of restitution: name -> restitution; the best is found."),
     ] = {}  # noqa: RUF012
-
-    @property
-    def friction(self) -> dict[str, float]:
-        """Quantities of a run by which the free mass rubs on its box; none if it does not."""
-        own = {"friction_coefficient": self.friction_coefficient}
-        pressed = {"transverse_acceleration": GRAVITY}
-        return own | pressed if self.friction_coefficient else {}
+    units: Annotated[
+        DistinctList[Annotated[int, Field(ge=1, le=MOST_UNITS)]] | None,
+        Field(
+            description="Numbers of equal free masses side by side to choose from, such as 1,2,4: "
+            "they share the whole mass, each in a box of its own of the same gap."
+        ),
+    ] = None
 
     @classmethod
     def without_units(
         cls, given: Mapping[str, Any], name: str | None, mistakes: Mistakes
     ) -> dict[str, Any]:
-        read = super().without_units(given, name, mistakes)
+        # Before its commas are taken for decimal ones.
+        split = {"units": _split(given["units"])} if "units" in given else {}
+        read = super().without_units({**given, **split}, name, mistakes)
         counts = _counted(given.get("counts", AUTO), "initial_displacement" in given)
         if "limit" in read and counts in COUNTS:
             with refused(("limit",), mistakes):
@@ -241,16 +243,31 @@ class Room(RoomBase):  # type: ignore[misc]
         return False
 
     @property
+    def counts_of_masses(self) -> list[int]:
+        """Numbers of equal free masses to choose from, the fewest first."""
+        return sorted(self.units or [1])
+
+    @property
     def weight(self) -> dict[str, float]:
         """Quantities of a run by which weight acts on the free mass; none if it does not."""
-        return {}
+        if self.orientation == UPRIGHT:
+            return {"gravity": GRAVITY}
+        own = {"friction_coefficient": self.friction_coefficient}
+        pressed = {"transverse_acceleration": GRAVITY}
+        return own | pressed if self.friction_coefficient else {}
 
     def written(self) -> dict[str, Any]:
         """Its settings as a file has them."""
         return self.model_dump(mode="json", exclude_unset=True)
 
     def check_room(self, mistakes: Mistakes) -> None:
-        """Note tolerances that do not go with the room, and restitutions."""
+        """Note what does not go with the room: numbers of masses, tolerances, restitutions."""
+        if (count := len(self.units or ())) > _MOST_COUNTS:
+            message = f"{count} numbers of masses, each of which takes a search"
+            mistakes.add(("units",), message, f"at most {_MOST_COUNTS}")
+        if self.orientation == UPRIGHT and self.friction_coefficient:
+            message = "friction_coefficient in an upright box: nothing presses the mass on its side"
+            mistakes.add(("friction_coefficient",), message, f"0, or orientation: {LYING}")
         if len(self.materials) > MOST_MATERIALS:
             message = f"{len(self.materials)} materials, each of which gets an answer"
             mistakes.add(("materials",), message, f"at most {MOST_MATERIALS}")
@@ -396,28 +413,9 @@ class Machine(Room, Settings):  # type: ignore[misc]
 
     one_of = _ONE_OF
 
-    units: Annotated[
-        DistinctList[Annotated[int, Field(ge=1, le=MOST_UNITS)]] | None,
-        Field(
-            description="Numbers of equal free masses side by side to choose from, such as 1,2,4: "
-            "they share the whole mass, each in a box of its own of the same gap."
-        ),
-    ] = None
-
-    @classmethod
-    def without_units(
-        cls, given: Mapping[str, Any], name: str | None, mistakes: Mistakes
-    ) -> dict[str, Any]:
-        # Before its commas are taken for decimal ones.
-        counts = {"units": _split(given["units"])} if "units" in given else {}
-        return super().without_units({**given, **counts}, name, mistakes)
-
     def check_together(self, mistakes: Mistakes) -> None:
         self._check_drive(mistakes)
         self._check_weight(mistakes)
-        if (count := len(self.units or ())) > _MOST_COUNTS:
-            message = f"{count} numbers of masses, each of which takes a search"
-            mistakes.add(("units",), message, f"at most {_MOST_COUNTS}")
         self._check_band(mistakes)
         least, most = (ratio * self.mass for ratio in MASS_RATIOS)
         if not least <= self.largest_mass - self.mass_tolerance or self.largest_mass > most:
@@ -444,11 +442,8 @@ class Machine(Room, Settings):  # type: ignore[misc]
         self.check_record(mistakes)
 
     def _check_weight(self, mistakes: Mistakes) -> None:
-        """Note friction in an upright box, and a weight that hides the end of a decay."""
+        """Note a weight that hides the end of a decay."""
         upright = self.orientation == UPRIGHT
-        if upright and self.friction_coefficient:
-            message = "friction_coefficient in an upright box: nothing presses the mass on its side"
-            mistakes.add(("friction_coefficient",), message, f"0, or orientation: {LYING}")
         # Where the natural frequency is missing, that is said already.
         if not (upright and self.is_free and self.rate):
             return
@@ -470,11 +465,6 @@ class Machine(Room, Settings):  # type: ignore[misc]
             given = f"{self.band[0]:g} to {self.band[1]:g} Hz"
             message = f"{given} with a natural frequency of {own:.4g} Hz"
             mistakes.add(("band",), message, f"within {low:.4g} to {high:.4g} Hz")
-
-    @property
-    def counts_of_masses(self) -> list[int]:
-        """Numbers of equal free masses to choose from, the fewest first."""
-        return sorted(self.units or [1])
 
     @property
     def is_free(self) -> bool:
@@ -500,13 +490,6 @@ class Machine(Room, Settings):  # type: ignore[misc]
     def has_closed_forms(self) -> bool:
         """Whether closed forms know the drive, and weight does not act on the free mass."""
         return not self.is_recorded and not self.weight
-
-    @property
-    def weight(self) -> dict[str, float]:
-        """Quantities of a run by which weight acts on the free mass; none if it does not."""
-        if self.orientation == UPRIGHT:
-            return {"gravity": GRAVITY}
-        return self.friction
 
     @property
     def rate(self) -> float:

@@ -21,24 +21,24 @@ from pydantic import Field
 
 from damper.parameters.dampers import SIParameters
 from damper.parameters.lazy import pd
+from damper.parameters.masses import equal_masses
 from damper.parameters.names import unknown_name
 from damper.parameters.run import RunSettings
 from damper.parameters.structure import Structure
 from damper.sizing.machine import COUNTS, ONE_OF_STOPS, RECORDS, Room, RoomSettings, of_folder
 from damper.sizing.search import Grid, Search, measure
-from damper.sizing.study import AFTER, PLACES, Judge, in_words, rounded
+from damper.sizing.study import AFTER, APART, PLACES, SPREAD, Judge, in_words, rounded
 from damper.structures.structure.settings import StructureEntry
 from damper.study.fields import DistinctList, Line, Text, Unit
 from damper.study.messages import Mistakes
 from damper.study.yaml_file import read_yaml
+from damper.sweep.points import thrown_back
 
 _DRIVES = ("force_amplitude", "base_amplitude", *RECORDS)
 _ONE_OF: dict[tuple[str, ...], str] = {
     _DRIVES: "the drive is missing: what makes it vibrate",
     **ONE_OF_STOPS,
 }
-#: Keys of a machine of one mass that change the damper's runs.
-OF_ONE_MACHINE = ("units", "orientation")
 #: The grid: parts of the largest mass, gaps down to `_LEAST_GAP` of the largest.
 _GRID = Grid(2.0**0.5, (1.0, 0.5, 0.25), (2.0**0.125, 2.0**0.03125))
 _LEAST_GAP = 1.0 / 64.0
@@ -216,6 +216,8 @@ class StructureCase(NamedTuple):
     """Of the free mass between its walls, -1 to 1."""
     speed: float = 0.0
     """Of the free mass relative to its box, over the largest speed of the box."""
+    spacing: float = 0.0
+    """Of several masses, between the places of one and the next."""
     hertz: tuple[float, ...] = ()
     """The frequency, if there is one."""
     off: tuple[float, ...] = (0, 0, 0)
@@ -238,10 +240,11 @@ class StructureJudge(Judge):
     machine: StructureMachine
     workers: int | None = None
     """Threads; that of the cores when not given."""
+    count: int = 1
+    """Number of equal free masses side by side, which share the mass of a damper."""
     seen: dict[BoxedRun, dict[str, float]] = field(default_factory=dict)
 
     observers = None
-    count = 1
 
     @property
     def band(self) -> list[float]:
@@ -263,16 +266,32 @@ class StructureJudge(Judge):
         random, made = np.random.default_rng(0), []
         for off in self.corners:
             if self.machine.is_recorded:
-                made += [StructureCase(place=place, off=off) for place in PLACES]
+                made += [
+                    StructureCase(place=place, spacing=spacing, off=off)
+                    for place in PLACES
+                    for spacing in self.spacings
+                ]
             for hertz in self.band:
                 made += self.starts(hertz, off)
-                made += [_at_random(random, hertz)._replace(off=off) for _ in range(_RANDOM)]
+                made += [self._at_random(random, hertz)._replace(off=off) for _ in range(_RANDOM)]
         return made
+
+    @property
+    def spacings(self) -> list[float]:
+        """Several masses begin alike and apart."""
+        return [0.0, APART] if self.count > 1 else [0.0]
 
     def starts(self, hertz: float, off: tuple[float, ...] = (0, 0, 0)) -> list[StructureCase]:
         """Starts at rest, the free mass stirred, and on the motion without damper."""
         rest = StructureCase(speed=0.1, hertz=(hertz,), off=off)
-        return [rest, rest._replace(part=1.0, speed=0.0)]
+        both = rest, rest._replace(part=1.0, speed=0.0)
+        return [one._replace(spacing=spacing) for spacing in self.spacings for one in both]
+
+    def _at_random(self, random: np.random.Generator, hertz: float) -> StructureCase:
+        part, turn = random.uniform(0.0, 1.5), random.uniform()
+        place, speed = random.uniform(-0.99, 0.99), random.uniform(-1.0, 1.0)
+        spacing = random.uniform(0.0, 4.0) if self.count > 1 else 0.0
+        return StructureCase(part, turn, place, speed, spacing, (hertz,))
 
     def fresh(self, seed: int, count: int) -> list[StructureCase]:
         """Random starts at random frequencies of the band, of dampers anyhow within tolerances."""
@@ -281,8 +300,10 @@ class StructureJudge(Judge):
         for _ in range(count):
             if m.band is None:
                 one = StructureCase(place=random.uniform(-1.0, 1.0))
+                if self.count > 1:
+                    one = one._replace(spacing=random.uniform(0.0, 4.0))
             else:
-                one = _at_random(random, float(random.uniform(*m.band)))
+                one = self._at_random(random, float(random.uniform(*m.band)))
             off = random.uniform(-1.0, 1.0, 3).tolist()
             kept = (part if t else 0.0 for part, t in zip(off, self.tolerances, strict=True))
             made.append(one._replace(off=tuple(kept)))
@@ -315,7 +336,8 @@ class StructureJudge(Judge):
         p = self.parameters(run)
         found = measured(p, self.cycles(p, run.case.longer), state=p.started(**self.start(run)))
         at_point = float(found[m.counts][[*m.made.points].index(m.point)])
-        return {m.counts: at_point} | {name: float(found[name][0]) for name in _OF_MASS}
+        of_masses = {name: float(np.nanmax(found[name], initial=0.0)) for name in _OF_MASS}
+        return of_masses | {m.counts: at_point, "impact_power": float(found["impact_power"].sum())}
 
     def parameters(self, run: BoxedRun) -> Any:
         """The structure with its damper, as it is driven."""
@@ -324,9 +346,17 @@ class StructureJudge(Judge):
         if run.case.hertz:
             driven["forcing_frequency"] = 2.0 * math.pi * run.case.hertz[0]
         if run.damper.gap != _NO_WALLS:
-            driven |= m.friction
-        mass = {"box": run.damper.box, **self.sizes(run.damper, run.case.off)}
-        return SIParameters(structure=m.made, masses=[mass], **driven)  # type: ignore[arg-type]
+            driven |= m.weight
+        return SIParameters(structure=m.made, masses=self.masses(run), **driven)  # type: ignore[arg-type]
+
+    def masses(self, run: BoxedRun) -> list[dict[str, Any]]:
+        """The free masses, as a study has them; gaps of several differ a little."""
+        sizes, made = self.sizes(run.damper, run.case.off), []
+        for one in equal_masses(self.count, SPREAD if self.count > 1 else 0.0):
+            own = {"free_mass": sizes["free_mass"] * one["mass_share"]}
+            own["gap"] = sizes["gap"] * one["clearance_factor"]
+            made.append({"box": run.damper.box, **sizes, **own})
+        return made
 
     def cycles(self, p: Any, longer: int = 1) -> tuple[float, float]:
         """Cycles of a run before its window, and in it."""
@@ -343,16 +373,17 @@ class StructureJudge(Judge):
         Arguments of `StructureParameters.started`.
         """
         case, box = run.case, self.machine.made.boxes[run.damper.box]
+        places = [thrown_back(case.place + k * case.spacing) for k in range(self.count)]
         if not case.hertz:
-            return {"position": [case.place]}
+            return {"position": places}
         alone, rate = self.machine.alone(case.hertz[0]), 2.0 * math.pi * case.hertz[0]
         turned = case.part * np.exp(2j * math.pi * case.turn) * alone
         x, v = turned.imag, rate * turned.real  # of q sin(omega t) at 0
         return {
             "displacement": x.tolist(),
             "velocity": v.tolist(),
-            "position": [case.place],
-            "relative_velocity": [case.speed * rate * float(abs(box @ alone))],
+            "position": places,
+            "relative_velocity": [case.speed * rate * float(abs(box @ alone))] * self.count,
         }
 
     def carrier_mass(self, damper: BoxedDamper) -> float:
@@ -378,11 +409,13 @@ class StructureJudge(Judge):
     def studies(self, damper: BoxedDamper, hardest: StructureCase) -> dict[str, dict[str, Any]]:
         """Runs from rest with the damper as built and with walls out of reach; the hardest case.
 
-        Where the free mass rubs it does so without walls, too, and the second of them is left out.
+        Where weight acts it does so without walls, too, and the second of them is left out.
         """
         rest = self._study("from rest", BoxedRun(damper, StructureCase(hertz=tuple(self.band[:1]))))
-        gap = rest["masses"][0].pop("gap")
-        rest["axes"] = {"gap_0": {"values": [gap] if self.machine.friction else [gap, _NO_WALLS]}}
+        for one in rest["masses"]:
+            del one["gap"]
+        gaps = [damper.gap] if self.machine.weight else [damper.gap, _NO_WALLS]
+        rest["axes"] = {"gap": {"values": gaps}}
         if self.band:
             del rest["parameters"]["forcing_frequency"]
             rest["axes"]["forcing_frequency"] = {"values": self.band, "unit": "Hz"}
@@ -394,14 +427,14 @@ class StructureJudge(Judge):
         """The study of one run, from rest."""
         m, p = self.machine, self.parameters(run)
         transient, periods = self.cycles(p, run.case.longer)
-        driven = {"force_amplitude": m.force[1], **m.friction}
+        driven = {"force_amplitude": m.force[1], **m.weight}
         driven |= {"forcing_frequency": p.forcing_frequency} if run.case.hertz else {}
         return {
             "title": f"{m.title}: {title}",
             "source": "damper design",
             "kind": "structure",
             "structure": m.written()["structure"],
-            "masses": [{"box": run.damper.box} | self.sizes(run.damper, run.case.off)],
+            "masses": self.masses(run),
             "parameters": driven,
             "forcing": m.forcing,
             "transient": transient,
@@ -427,7 +460,7 @@ class StructureJudge(Judge):
     def idle(self, damper: BoxedDamper) -> float:
         """What counts where no wall of a damper reaches a free mass at rest; else 0."""
         m, box = self.machine, self.machine.made.boxes[damper.box]
-        if m.friction:  # it takes the free mass along
+        if m.weight:  # it lays the free mass on a wall, or friction takes it along
             return 0.0
         still = (h for h in self.band if abs(box @ m.alone(h)) < 0.5 * damper.gap)
         return max((m.counted(m.undamped(h), h) for h in still), default=0.0)
@@ -435,7 +468,9 @@ class StructureJudge(Judge):
     def assumptions(self, quick: bool) -> Iterator[str]:
         """Sentences of a card on what was assumed."""
         m = self.machine
-        yield in_words(m.friction, 1)
+        yield in_words(m.weight, self.count)
+        if m.weight.get("gravity"):
+            yield "Displacements count from where the structure rests without the free mass."
         yield f"Linear modes of the structure: {len(m.made)}; impacts take no time."
         if m.is_recorded:
             yield "All begins at rest, the free mass anywhere in the box."
@@ -449,12 +484,6 @@ class StructureJudge(Judge):
 
 #: Measured of the free mass.
 _OF_MASS = ("max_approach_speed", "impacts_per_cycle", "impact_power")
-
-
-def _at_random(random: np.random.Generator, hertz: float) -> StructureCase:
-    part, turn = random.uniform(0.0, 1.5), random.uniform()
-    place, speed = random.uniform(-0.99, 0.99), random.uniform(-1.0, 1.0)
-    return StructureCase(part, turn, place, speed, (hertz,))
 
 
 class StructureSearch(Search):
@@ -496,7 +525,8 @@ class StructureSearch(Search):
         found = judge.observed([judge.chain(damper, case) for case in cases], None)
         sizes = pd.DataFrame([judge.sizes(damper, case.off) for case in cases])
         own, speed = m.mass_at(damper.box), found["max_approach_speed"]
-        reduced = sizes.free_mass * own / (sizes.free_mass + own)
+        each = sizes.free_mass / judge.count
+        reduced = each * own / (each + own)
         hertz = np.array([case.hertz[0] if case.hertz else 1.0 for case in cases])
         values = found[m.counts]
         return pd.DataFrame(
@@ -549,22 +579,11 @@ def structure_machine(machine: Any, given: Mapping[str, Any]) -> StructureMachin
         machine = machine.model_dump(exclude_unset=True)
     if machine is None or isinstance(machine, Mapping):
         data = dict(machine or {}) | dict(given)
-        return StructureMachine.checked("", _known(data)) if "structure" in data else None
+        return StructureMachine.checked("", data) if "structure" in data else None
     if not isinstance(machine, str | Path):
         return None
     file = read_yaml(Path(machine))
     if not isinstance(file.data, dict) or "structure" not in file.data:
         return None
     data = {"folder": str(Path(machine).parent)} | of_folder(file.data, machine) | dict(given)
-    return StructureMachine.checked_in(file, _known(data))
-
-
-def _known(data: dict[str, Any]) -> dict[str, Any]:
-    """Return settings; ValueError for keys that only a machine of one mass has."""
-    for name in OF_ONE_MACHINE:
-        if name in data:
-            raise ValueError(
-                f"{name} = {data[name]!r}: goes with a machine of one mass; on a structure it must "
-                "be left out"
-            )
-    return data
+    return StructureMachine.checked_in(file, data)

@@ -49,7 +49,7 @@ AFTER = 2.0
 _ONE_MASS = "One rigid free mass without friction in a box along the motion, between equal walls."
 #: Of several masses: how far the gaps differ either way, which is less than any workshop's, and
 #: the distance in clearances between the places of one and the next where they begin apart.
-SPREAD, _APART = 1e-3, 0.73
+SPREAD, APART = 1e-3, 0.73
 #: Of several masses, each so many-th random start has them begin alike.
 _ALIKE = 4
 #: Samples of a time history in a cycle of the machine's own.
@@ -321,7 +321,7 @@ class WorstCase(Judge):
     @property
     def starts(self) -> dict[str, list[float]]:
         """Starts of all dampers, as axes of a study; of several masses alike and apart."""
-        apart = {_SPACING: [0.0, _APART]} if self.count > 1 else {}
+        apart = {_SPACING: [0.0, APART]} if self.count > 1 else {}
         if self.machine.is_free:
             return {"initial_position": [-0.5, 0.0, 0.5]} | apart
         if self.machine.is_recorded:
@@ -418,7 +418,7 @@ class WorstCase(Judge):
     @property
     def _apart(self) -> list[dict[str, float]]:
         """Starts of several masses alike and apart; of one, nothing is to be said."""
-        return [{}, {_SPACING: _APART}] if self.count > 1 else [{}]
+        return [{}, {_SPACING: APART}] if self.count > 1 else [{}]
 
     def fresh(self, worst: Case, seed: int) -> list[Case]:
         """More random starts, others for each seed: of any damper, and near its worst case."""

@@ -44,7 +44,7 @@ class Point(NamedTuple):
         if self.parameters.hits_stop:  # which stands still, wherever the primary starts
             return State(x, v, place * self.parameters.clearance, 0.0)
         spacing = self.initial.get("initial_spacing", 0.0)
-        places = [_thrown_back(place + k * spacing) for k in range(len(self.parameters.each))]
+        places = [thrown_back(place + k * spacing) for k in range(len(self.parameters.each))]
         y = self._placed(x, places)
         return State(x, v, y, v + self.initial.get("initial_relative_velocity", 0.0))
 
@@ -136,12 +136,12 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     return Point(parameters, units, initial, primary)
 
 
-def _thrown_back(place: float) -> float:
+def thrown_back(place: float) -> float:
     """Place between walls at -1 and 1 of what goes on to a place beyond them, each wall a mirror.
 
     Examples
     --------
-    >>> [_thrown_back(place) for place in (0.5, 1.5, 3.5, 5.0)]
+    >>> [thrown_back(place) for place in (0.5, 1.5, 3.5, 5.0)]
     [0.5, 0.5, -0.5, 1.0]
     """
     return place if -1.0 <= place <= 1.0 else abs((place - 1.0) % 4.0 - 2.0) - 1.0

@@ -390,6 +390,10 @@ class StructureStudy(StudyFile):
             if any(v.name in shown or of_history in v.dims for v in one.variables):
                 message = "the history of a run has variables or dimensions of this name"
                 mistakes.add(("observers", one.name), message, "left out, or history: 0")
+            try:
+                one.allocate(0, self.periods)
+            except ValueError as error:
+                mistakes.add(("observers", one.name), str(error).removeprefix(f"{one.name}."))
             observed += one.variables
         shown += [v.name for v in observed]
         known = {*self.axes, *DIMENSIONS, *(dim for v in observed for dim in v.dims)}
