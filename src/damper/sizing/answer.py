@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -651,6 +651,7 @@ def _answer_on(search: StructureSearch, damper: Any) -> Design:
         numbers["worst_frequency"] = float(own.frequency.iloc[own.value.argmax()])
         numbers |= _over_frequencies(every, judge)
     studies = judge.studies(damper, search.hardest[damper])
+    numbers |= _changes(judge, damper, numbers.get("worst_frequency", 0.0), None, studies)
     if judge.count > 1:
         numbers["alike"], one, case = _alike(m, damper)
         studies["alike"] = one.studies(damper, case)["worst"]
@@ -931,7 +932,7 @@ def _margins(orbit: Any, gap: float) -> dict[str, float]:
 
 
 def _changes(
-    judge: WorstCase, damper: Sizes, frequency: float, orbit: Any, studies: dict[str, Any]
+    judge: Any, damper: Any, frequency: float, orbit: Any, studies: dict[str, Any]
 ) -> dict[str, Any]:
     """What a little more of each quantity changes; a study is added where runs say so."""
     m, slopes = judge.machine, {}
@@ -946,13 +947,14 @@ def _changes(
         except ValueError:
             pass
     if not slopes:
-        studies["nearby"] = judge.nearby(damper, frequency)
-        array, slopes = cube_of(studies["nearby"])[variable], {}
-        for name in (name for name in CHANGED if name in array.dims):
-            others = {n: 1 for n in CHANGED if n in array.dims and n != name}
-            less, built, more = _worst(array.isel(others), name).values
-            with np.errstate(invalid="ignore"):  # all infinite
-                slopes[name] = (more - less) / (2.0 * PART * built)
+        nearby: Iterable[tuple[str, Any]]
+        if isinstance(judge, StructureJudge):
+            nearby = judge.nearby(damper, frequency)
+        else:
+            studies["nearby"] = judge.nearby(damper, frequency)
+            nearby = _nearby(cube_of(studies["nearby"])[variable])
+        with np.errstate(invalid="ignore"):  # all infinite
+            slopes = {n: (more - less) / (2.0 * PART * at) for n, (less, at, more) in nearby}
         how = "by differences of runs from the same starts, which may jump"
     where = f" at {frequency:.4g} Hz" if frequency else ""
     rows = [
@@ -967,6 +969,13 @@ def _changes(
         "changes": pd.DataFrame(rows, columns=["more of", f"changes the {words} by"]),
         "found_by": f"Changes of the {words}{where}, found {how}.",
     }
+
+
+def _nearby(array: xr.DataArray) -> Iterator[tuple[str, np.ndarray]]:
+    """Worst values with a little less of each quantity, as built, and with a little more."""
+    for name in (name for name in CHANGED if name in array.dims):
+        others = {n: 1 for n in CHANGED if n in array.dims and n != name}
+        yield name, _worst(array.isel(others), name).values
 
 
 def _checked(found: Design) -> Design:

@@ -27,7 +27,7 @@ from damper.parameters.run import RunSettings
 from damper.parameters.structure import Structure
 from damper.sizing.machine import COUNTS, ONE_OF_STOPS, RECORDS, Room, RoomSettings, of_folder
 from damper.sizing.search import Grid, Search, measure
-from damper.sizing.study import AFTER, APART, PLACES, SPREAD, Judge, in_words, rounded
+from damper.sizing.study import AFTER, APART, PART, PLACES, SPREAD, Judge, in_words, rounded
 from damper.structures.structure.settings import StructureEntry
 from damper.study.fields import DistinctList, Line, Text, Unit
 from damper.study.messages import Mistakes
@@ -385,6 +385,20 @@ class StructureJudge(Judge):
             "position": places,
             "relative_velocity": [case.speed * rate * float(abs(box @ alone))] * self.count,
         }
+
+    def nearby(
+        self, damper: BoxedDamper, frequency: float
+    ) -> Iterator[tuple[str, tuple[float, ...]]]:
+        """Worst values with a little less of each quantity, as built, and with a little more."""
+        places = [StructureCase(place=place) for place in PLACES]
+        cases = self.starts(frequency) if frequency else places
+        for key, (name, value) in zip(damper._fields, self.sizes(damper).items(), strict=False):
+            if not value or (name == "restitution" and value > 0.99):
+                continue
+            sizes = ({key: (1.0 + part * PART) * value} for part in (-1, 0, 1))
+            about = [damper._replace(**size) for size in sizes]  # type: ignore[arg-type]
+            chains = ([self.chain(one, case) for case in cases] for one in about)
+            yield name, tuple(float(measure(self, some).max()) for some in chains)
 
     def carrier_mass(self, damper: BoxedDamper) -> float:
         """Mass in kg that a free mass is compared with."""
