@@ -229,6 +229,13 @@ def test_the_same_design_by_any_number_of_threads(monkeypatch, few):
         cards.append((repr(found), each))
     assert cards[0] == cards[1]
     assert found.as_built == found.worst < found.without
+    motion = found.history
+    assert motion is not None
+    assert abs(motion.with_damper).max() == pytest.approx(found.worst, rel=0.01)
+    assert abs(motion.relative).max() <= 0.5 * found.gap * (1.0 + 1e-12)
+    assert set(found.slopes) == {"free_mass", "gap", "restitution"}
+    heavier = search.judge.nearby(BoxedDamper(found.free_mass, found.gap, OF_STEEL, "tip"), 1.0)
+    assert dict(heavier)["gap"][1] > 0.0
     worst = StructureStudy.checked("", found.studies["worst"])
     (job,) = worst.parts({}).values()
     cube = run_part((), **job.settings).arrays
@@ -304,7 +311,7 @@ def test_the_command_reads_a_file(monkeypatch, tmp_path):
     (tmp_path / "machine.yaml").write_text(
         "title: A beam\nstructure: {modes: beam.csv, force: middle}\nforce_amplitude: 2 N\n"
         "band: [0.9 Hz, 1.1 Hz]\npoint: tip\nlargest_mass: 0.1 kg\nlargest_gap: 80 mm\n"
-        "restitution: 0.6\nunits: 1\n"
+        "restitution: 0.6\nunits: 1\ntransient: 1\nperiods: 1\n"
     )
     given = ["design", str(tmp_path / "machine.yaml"), "--output", str(tmp_path / "made")]
     done = CliRunner().invoke(main, given)

@@ -650,6 +650,7 @@ def _answer_on(search: StructureSearch, damper: Any) -> Design:
     else:
         numbers["worst_frequency"] = float(own.frequency.iloc[own.value.argmax()])
         numbers |= _over_frequencies(every, judge)
+        numbers["history"] = judge.motion(damper, search.hardest[damper])
     studies = judge.studies(damper, search.hardest[damper])
     numbers |= _changes(judge, damper, numbers.get("worst_frequency", 0.0), None, studies)
     if judge.count > 1:

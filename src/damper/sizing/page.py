@@ -374,7 +374,8 @@ def history(design: Design) -> Figure:
         each = [name for name in table if name.startswith("relative")]
         for name, color in zip(each, cycle((RELATIVE, *COLOURS)), strict=False):
             lower.plot(table.time, table[name], color=color, lw=0.9)
-        gap = design.studies["history"]["parameters"]["gap"]
+        worst = design.studies["worst"]
+        gap = worst["masses"][0]["gap"] if design.box else worst["parameters"]["gap"]
         for wall in (-0.5 * gap, 0.5 * gap):
             lower.axhline(wall, color="#777777", lw=0.6)
         lower.set(xlabel="time / s", ylabel=f"free mass{'es' * (len(each) > 1)} / m")

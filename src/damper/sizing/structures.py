@@ -27,7 +27,18 @@ from damper.parameters.run import RunSettings
 from damper.parameters.structure import Structure
 from damper.sizing.machine import COUNTS, ONE_OF_STOPS, RECORDS, Room, RoomSettings, of_folder
 from damper.sizing.search import Grid, Search, measure
-from damper.sizing.study import AFTER, APART, PART, PLACES, SPREAD, Judge, in_words, rounded
+from damper.sizing.study import (
+    AFTER,
+    APART,
+    FINE,
+    PART,
+    PLACES,
+    SHOWN,
+    SPREAD,
+    Judge,
+    in_words,
+    rounded,
+)
 from damper.structures.structure.settings import StructureEntry
 from damper.study.fields import DistinctList, Line, Text, Unit
 from damper.study.messages import Mistakes
@@ -419,6 +430,30 @@ class StructureJudge(Judge):
             found = measured(p, cycles, samples, math.floor(cycles[1]), state)
             made |= {"time": found["time"], name: found["displacement"][:, place]}
         return pd.DataFrame(made)
+
+    def motion(self, damper: BoxedDamper, case: StructureCase) -> pd.DataFrame:
+        """The motion in a case about its largest displacement, and without damper.
+
+        As `damper.sizing.answer.Design.history`.
+        """
+        from damper.sweep.measured import measured  # the engine with it
+
+        run, place = BoxedRun(damper, case), [*self.machine.made.points].index(self.machine.point)
+        p = self.parameters(run)
+        cycles, state = self.cycles(p, case.longer), p.started(**self.start(run))
+        sampled = {"samples_per_period": FINE, "events": 0, "bodies": list(range(self.count))}
+        how = (cycles, FINE, int(cycles[1]), state)
+        found = measured(p, *how, observers={"trajectory": sampled})
+        apart = self.parameters(run._replace(damper=damper._replace(gap=_NO_WALLS)))
+        moved = found["displacement"][:, place]
+        made = {"without": measured(apart, *how)["displacement"][:, place], "with_damper": moved}
+        away = found["trajectory_free_displacement"] - found["trajectory_displacement"]
+        for k, one in enumerate(away[:, : len(moved)]):
+            made["relative" if self.count == 1 else f"relative_{k}"] = one
+        first = max(round(np.nanargmax(np.abs(moved)) / FINE) - SHOWN // 2, 0)
+        first = min(first, max(int(cycles[1]) - SHOWN, 0)) * FINE
+        table = pd.DataFrame({"time": found["time"] - found["time"][first]} | made)
+        return table.iloc[first : first + SHOWN * FINE + 1].reset_index(drop=True)
 
     def studies(self, damper: BoxedDamper, hardest: StructureCase) -> dict[str, dict[str, Any]]:
         """Runs from rest with the damper as built and with walls out of reach; the hardest case.

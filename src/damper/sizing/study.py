@@ -55,7 +55,7 @@ _ALIKE = 4
 #: Samples of a time history in a cycle of the machine's own.
 _SAMPLES = 40
 #: Cycles of the worst case's time history, and samples of each.
-_SHOWN, _FINE = 10, 100
+SHOWN, FINE = 10, 100
 #: A gap over the displacement that no free mass crosses.
 _NO_WALLS = 1e9
 #: How far the gap of a decay may be above the closed form's: numbers of four digits are rounded.
@@ -520,10 +520,10 @@ class WorstCase(Judge):
         Sampled is the whole window, or some cycles of it about a moment, in cycles.
         """
         made = self.one(damper, case)
-        sampled: dict[str, Any] = {"samples_per_period": _FINE, "events": 0} | self._bodies
+        sampled: dict[str, Any] = {"samples_per_period": FINE, "events": 0} | self._bodies
         if about is not None:
-            first = min(max(round(about) - _SHOWN // 2, 0), made["periods"] - _SHOWN)
-            sampled |= {"start": first, "length": _SHOWN, "events": 1000} | self._beside
+            first = min(max(round(about) - SHOWN // 2, 0), made["periods"] - SHOWN)
+            sampled |= {"start": first, "length": SHOWN, "events": 1000} | self._beside
         at = {"at": {"forcing_frequency": case.hertz[-1]}} if made["axes"] else {}
         figures = {"history": {"kind": "trajectory", **at}}
         title = f"{self.machine.title}: time history of the worst run"
