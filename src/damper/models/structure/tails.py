@@ -7,6 +7,7 @@ import numpy as np
 
 from damper.engine.accumulation import accumulation, accumulation_rubbing
 from damper.engine.compiled import compiled, compiled_apart
+from damper.engine.dispatch import by_class
 from damper.engine.forcing import bound_of, horizon
 from damper.engine.impact import restitution_at
 from damper.engine.search import ROUNDOFF
@@ -16,10 +17,11 @@ from damper.engine.segment import (
     NOTHING,
     RELEASE,
     RESTING,
+    SLIP,
     STICKING,
     TAIL,
 )
-from damper.models.friction import SLIP_DIRECTION, known_friction
+from damper.models.friction import SLIP_DIRECTION, Frictions, NoFriction
 from damper.models.many import (
     ACCUMULATION,
     CAUSE,
@@ -27,6 +29,7 @@ from damper.models.many import (
     MODE,
     RATE,
     SIDE,
+    SPEED,
     MassesSegment,
     negligible,
     with_bodies,
@@ -61,6 +64,7 @@ from damper.models.structure.flow import (
     compliance,
     give,
     impulses_to_rest,
+    joined_in,
 )
 from damper.models.structure.steps import A, J
 from damper.models.wall_laws import have_one_law, law_of
@@ -98,13 +102,29 @@ def close(model: OnStructure, s: MassesSegment, start: ModalStart) -> bool:
         if closes:
             _rest(model, s, rests)
     if not closes:
+        closes = _fade(model.friction, model, s, start)
+    if not closes:
         for k in range(len(bodies)):
             closes = closes or _may_end(model, bodies, start, k)
         closes = closes and _close_one(model, s, start)
-    if closes and known_friction(model.friction, 1.0) > 0.0:
-        # Slides may have turned round.
-        decide_contacts(model, s, TAIL)
+    if closes:
+        _decide_again(model.friction, model, s)
     return closes
+
+
+@by_class
+def _decide_again(friction, model, s):
+    """Let slides turn round where a mass that came to rest has moved their boxes."""
+
+
+@_decide_again.of(NoFriction)
+def _no_slides(friction, model, s):
+    pass
+
+
+@_decide_again.of(Frictions)
+def _decide_slides(friction, model, s):
+    decide_contacts(model, s, TAIL)
 
 
 @compiled_apart
@@ -177,12 +197,67 @@ def _may_end(model, bodies, start, k):
     return bool(small or least <= negligible(model.tolerance))
 
 
+@by_class
+def _fade(friction, model, s, start):
+    """Let masses rest at once whose speeds fall without end, in place; whether there are any.
+
+    A wall may press a mass only as long as friction holds others, which each impact moves. No
+    chatter sequence is one by itself then. Speeds far below those of the last bounces of a sequence
+    are none, and the forces alone decide who rests.
+    """
+
+
+@_fade.of(NoFriction)
+def _never_fade(friction, model, s, start):
+    return False
+
+
+@_fade.of(Frictions)
+def _fade_rubbing(friction, model, s, start):
+    return _fading(model, s, start)
+
+
+@compiled_apart
+def _fading(model, s, start):
+    bodies, table, longest = s.bodies, start.tables[start.slot], negligible(model.tolerance)
+    largest, any_fades, fades = 0.0, False, np.zeros(len(bodies), dtype=np.bool_)
+    for k in range(len(bodies)):
+        size = abs(float(table[FALLS, k])) + friction_of(model, k)
+        for i in range(size_in(table)):
+            size += abs(float(table[WEIGHTS + k, i] * start.modes[A, i]))
+        largest = max(largest, size)
+    slow = largest * longest * longest
+    for k in range(len(bodies)):
+        b = bodies[k]
+        near = 2.0 * b[GAP] <= slow
+        held = near or friction_of(model, k) > 0.0
+        fades[k] = b[MODE] == FLIGHT and abs(b[RATE]) <= slow and held
+        any_fades = any_fades or bool(fades[k] and b[CAUSE] == IMPACT and b[SPEED] <= slow)
+    if any_fades:
+        joined = joined_in(bodies)
+        for k in range(len(bodies)):
+            b = bodies[k]
+            joined[k] = joined[k] or fades[k]
+            if fades[k] and 2.0 * b[GAP] > slow:
+                fades[k] = False
+                if b[CAUSE] == SLIP:
+                    b[MODE], b[CAUSE] = RESTING, NOTHING
+        _join(model, s, fades, joined)
+    return any_fades
+
+
 @compiled_apart
 def _rest(model, s, rests):
     """Let masses come to rest on their walls, in place; those that were kicked off are back."""
     joined = rests.copy()
     for k in range(len(rests)):
         joined[k] = rests[k] or s.bodies[k, MODE] == STICKING
+    _join(model, s, rests, joined)
+
+
+@compiled_apart
+def _join(model, s, rests, joined):
+    """As `_rest`, with all masses that move with their boxes then."""
     settle(model, s, impulses_to_rest(model, s.bodies, joined))
     for k in range(len(s.bodies)):
         b = s.bodies[k]
