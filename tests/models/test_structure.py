@@ -283,3 +283,15 @@ def test_two_halves_in_step_are_one() -> None:
 def test_a_tie_of_hardly_any_stiffness_is_none() -> None:
     tied = events(on(BEAM, {"tie_stiffness": 1e-13}), until=14.0)
     same(tied, events(on(BEAM, {}), until=14.0), 1e-10)
+
+
+def test_speeds_that_fall_without_end_are_none() -> None:
+    """A wall presses mass 1 only as long as friction holds mass 0, which each impact moves."""
+    shapes = {"a": [-0.81, -0.32, -0.91], "base": [-0.11, -0.51, 0.68]}
+    beam = Structure.from_modes([0.08, 0.17, 0.82], 0.01, shapes)
+    rubs = {"free_mass": 8.0, "gap": 0.18, "restitution": 1.0, "friction_coefficient": 0.064}
+    ball = {"free_mass": 3.0, "gap": 0.026, "restitution": 1.0}
+    given = {"forcing": "base", "forcing_frequency": 0.25, "transverse_acceleration": 1.0}
+    found = events(on(beam, rubs, ball, **given), until=5.0, max_events=400)
+    assert found["body"][found["kind"] == 1].tolist() == [1]
+    assert found["kind"][-1] != 3

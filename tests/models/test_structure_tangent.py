@@ -66,7 +66,7 @@ SCENES: dict[str, tuple[Any, float, bool, tuple[str, ...]]] = {
     "friction and ties": (
         on(TIES[0] | {"friction_coefficient": 0.1}, TIES[1], **ACROSS),
         4.5,
-        False,
+        True,
         ("friction_coefficient_0", "transverse_acceleration", "mode_1_frequency"),
     ),
     "yielding": (on(BALL | {"yield_speed": 0.1}, LOW), 6.0, True, ("yield_speed_0", "phase")),
