@@ -449,6 +449,21 @@ def test_files(tmp_path):
         ({"free": ["r"], "restitution_table": [(1, 0.5)]}, "the two exclude each other"),
         ({"free": ["r"], "kind": "sound"}, "unknown kind 'sound'"),
         ({"free": ["d"], "stiffnes": 3.0}, "unknown parameter 'stiffnes'"),
+        ({"free": 3}, "free = 3: must be a list of names"),
+        ({"free": ["r"], "starts": [0.5]}, "starts = [0.5]: must be a mapping of names"),
+        ({"free": ["r"], "starts": {"r": [0.5]}}, "starts: restitution = [0.5]: must be a real"),
+        ({"free": ["r"], "gap": [0.01]}, "gap = [0.01]: must be a real number"),
+        ({"free": ["r"], "forcing": {"kind": "harmonc"}}, "(did you mean 'harmonic'?)"),
+        ({"free": ["r"], "forcing": {"kind": "record", "fil": "a"}}, "needs its file, or time"),
+        ({"free": ["r"], "forcing": {"kind": "unbalance", "k": 1}}, "unknown setting of unbalance"),
+        (
+            {"free": ["r"], "machine": {"records": [{"fle": "a.csv"}]}},
+            "records[0] = {'fle': 'a.csv'}: must be",
+        ),
+        (
+            {"free": ["r"], "machine": {"records": [{"file": "a.csv", "nois": 1}]}},
+            "unknown setting of a record 'nois' (did you mean 'noise'?)",
+        ),
     ],
 )
 def test_mistakes_are_named(asked, message, tmp_path):

@@ -21,7 +21,8 @@ from damper.parameters.forcing import forcing_of, left_out
 from damper.parameters.lazy import pd
 from damper.parameters.named import completed
 from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
-from damper.parameters.quantities import INITIAL_NAMES, is_si
+from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
+from damper.parameters.quantity import finite
 from damper.parameters.tables import WALL_TABLES, read_table
 from damper.sizing.words import text_of
 from damper.study.yaml_file import read_yaml
@@ -172,10 +173,10 @@ def identify(
     if not find_spec("scipy"):
         raise ValueError("scipy is missing: pip install -e '.[fast,workflow]'")
     known, about = _read(machine, known)
-    starts = {**about.get("starts", {}), **plain_numbers(starts or {})}
-    ranges = {**about.get("ranges", {}), **plain_numbers(ranges or {})}
+    starts = {**about.get("starts", {}), **plain_numbers(starts or {}, "starts")}
+    ranges = {**about.get("ranges", {}), **plain_numbers(ranges or {}, "ranges")}
     recordings = _recordings(records, about, kind)
-    if isinstance(free, str):
+    if not (isinstance(free, list | tuple) and all(isinstance(name, str) for name in free)):
         raise TypeError(f"free = {free!r}: must be a list of names")
     assumed = []
     if "forcing" not in known and not known.get("force_amplitude"):
@@ -203,11 +204,13 @@ def _is_unknown(
 def _read(machine: Any, known: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return what is known, and what a file says of the records and of starts."""
     about: dict[str, Any] = {}
+    folder = Path()
     if isinstance(machine, str | os.PathLike):
         folder = Path(machine).parent
         machine = dict(read_yaml(Path(machine)).data)
-        for one in machine.get("records", ()):
-            one["file"] = str(folder / one["file"])
+        if "records" in machine:
+            listed = _entries(machine["records"])
+            machine["records"] = [{**one, "file": str(folder / one["file"])} for one in listed]
         for one in (machine, *(machine.get("masses") or ())):
             for name in WALL_TABLES if isinstance(one, dict) else ():
                 if isinstance(one.get(name), str):
@@ -222,16 +225,35 @@ def _read(machine: Any, known: Mapping[str, Any]) -> tuple[dict[str, Any], dict[
     values = {**(machine or {}), **known}
     about |= {name: values.pop(name) for name in ("starts", "ranges", "records") if name in values}
     if isinstance(values.get("forcing"), Mapping):
-        values["forcing"] = forcing_of(values["forcing"])
-    about |= {name: plain_numbers(about[name]) for name in ("starts", "ranges") if name in about}
-    return plain_numbers(values), about
+        given = dict(values["forcing"])
+        file = given.pop("file", None)
+        values["forcing"] = forcing_of(given, None if file is None else folder / str(file))
+    about |= {n: plain_numbers(about[n], n) for n in ("starts", "ranges") if n in about}
+    numbers = plain_numbers(values)
+    for name, value in numbers.items():
+        if name in ALL and not ALL[name].whole:
+            finite(name, value)
+    return numbers, about
+
+
+def _entries(records: Any) -> list[Mapping[str, Any]]:
+    """Records as a machine's file lists them; ValueError for what is no such list."""
+    for k, one in enumerate(records if isinstance(records, list | tuple) else [records]):
+        if not (isinstance(one, Mapping) and isinstance(one.get("file"), str)):
+            raise ValueError(
+                f"records[{k}] = {one!r}: must be a mapping of file, and what damper.Recording "
+                "takes"
+            )
+    return list(records)
 
 
 def _recordings(records: Any, about: Mapping[str, Any], kind: str) -> list[Recording]:
-    given = [records] if isinstance(records, str | os.PathLike | Recording) else list(records or ())
+    given = [records] if isinstance(records, str | os.PathLike | Recording) else records or ()
+    if not isinstance(given, list | tuple):
+        raise TypeError(f"records = {records!r}: must be a file or damper.Recording, or a list")
     found = [one if isinstance(one, Recording) else read_recording(one, kind) for one in given]
-    for one in about.get("records", ()):
-        settings = dict(one)
+    for entry in _entries(about.get("records", ())):
+        settings = dict(entry)
         found.append(read_recording(settings.pop("file"), settings.pop("kind", kind), **settings))
     if not found:
         raise ValueError("records: must be one file or Recording, or more")

@@ -18,7 +18,7 @@ from damper.parameters.dampers import SI_NAME
 from damper.parameters.named import damper_of
 from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
-from damper.parameters.quantity import Quantity
+from damper.parameters.quantity import Quantity, finite
 from damper.parameters.tables import TABLE_OF
 from damper.parameters.units import SI_UNITS
 from damper.sweep.points import read_point
@@ -148,7 +148,8 @@ class RecordedDamper:
             raise ValueError(f"free = {list(free)}: names one quantity twice")
         if "scale" in self.free and not any(record.is_sampled for record in records):
             raise ValueError(f"scale is free: must be of a record of {', '.join(SAMPLED)}")
-        self.given = {n: float(v) for n, v in zip(names["starts"], starts.values(), strict=True)}
+        given = zip(names["starts"], starts.values(), strict=True)
+        self.given = {name: finite(f"starts: {name}", value) for name, value in given}
         self.ranges = dict(zip(names["ranges"], ranges.values(), strict=True))
         self._check_units()
         self.unknowns = list(self._all())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from damper.parameters.dampers import SI_NAME
 from damper.parameters.files import path_of
 from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
 from damper.parameters.quantities import ALL, si_units
-from damper.parameters.quantity import real
+from damper.parameters.quantity import finite, real
 from damper.parameters.record_file import Reading, read_samples
 from damper.parameters.unit_text import each_number, number_in
 
@@ -99,7 +99,7 @@ class Recording:
     unit: str = ""
 
     def __post_init__(self) -> None:
-        if self.kind not in KINDS:
+        if not isinstance(self.kind, str) or self.kind not in KINDS:
             raise ValueError(str(unknown_name("kind", self.kind, KINDS)))
         given = self.__dict__
         given["times"] = self._column("times", self.times)
@@ -123,7 +123,7 @@ class Recording:
                 f"{self.label}: time {self.times[k + 1]:g} follows {self.times[k]:g} (sample "
                 f"{k + 1} from 0): times must increase"
             )
-        given["known"] = plain_numbers(self.known)
+        given["known"] = plain_numbers(self.known, f"{self.label}: known")
         units = {"noise": KINDS[self.kind][0], "high_pass": "Hz", "blank": "s", "begins": "s"}
         for name, unit in units.items():
             value = given[name] = number_in(f"{self.label}: {name}", given[name], [unit])
@@ -131,9 +131,10 @@ class Recording:
                 math.isfinite(real(name, value)) and (value > 0.0 or name == "begins")
             ):
                 raise ValueError(f"{self.label}: {name} = {value!r}: must be a number > 0")
-        for name in self.known:
+        for name, value in self.known.items():
             if name not in ALL:
                 raise unknown_name("known quantity", name, ALL)
+            finite(f"{self.label}: {name}", value)
         if self.offset is None:
             given["offset"] = self.is_sampled and self.high_pass is None
         if (self.trend or self.offset or self.high_pass) and not self.is_sampled:
@@ -192,16 +193,19 @@ class Recording:
         return column
 
 
-def plain_numbers(values: Mapping[str, Any]) -> dict[str, Any]:
+def plain_numbers(values: Mapping[str, Any], what: str = "known") -> dict[str, Any]:
     """Return values by names or symbols of quantities; texts with a unit as numbers in SI units.
 
-    ValueError where a unit does not go with its quantity.
+    ValueError where a unit does not go with its quantity; TypeError, with `what`, for no mapping.
 
     Examples
     --------
     >>> plain_numbers({"gap": ["5 mm", "1 cm"], "r": "60 %", "forcing": "none"})
     {'gap': [0.005, 0.01], 'r': 0.6, 'forcing': 'none'}
     """
+
+    if not isinstance(values, Mapping):
+        raise TypeError(f"{what} = {values!r}: must be a mapping of names to values")
 
     def read(name: str, value: Any) -> Any:
         usual = NAMES_BY_SYMBOL.get(name, name)
@@ -251,7 +255,10 @@ def read_recording(
     """
     path_of(path)
     about = {"label": Path(path).name} | about
-    if kind not in KINDS:
+    for name in about:
+        if name not in (settings := [one.name for one in fields(Recording)]):
+            raise unknown_name("setting of a record", name, settings)
+    if not isinstance(kind, str) or kind not in KINDS:
         raise ValueError(str(unknown_name("kind", kind, KINDS)))
     columns = [columns] if isinstance(columns, str | int) else columns
     unit = KINDS[kind][0]

@@ -675,7 +675,8 @@ def read_forcing(given: Any) -> Forcing:
 def forcing_of(settings: Mapping[str, Any], file: str | os.PathLike[str] | None = None) -> Forcing:
     """Return the force of `Forcing.settings`; of a record, its samples or the `file` beside it.
 
-    ValueError for a record without samples.
+    ValueError for a record without samples; TypeError or ValueError, with the nearest name, for
+    settings that there are not.
 
     Examples
     --------
@@ -683,11 +684,18 @@ def forcing_of(settings: Mapping[str, Any], file: str | os.PathLike[str] | None 
     Base(frame='base')
     """
     given = dict(settings)
-    kind = FORCINGS[given.pop("kind")]
+    _one_of("kind of forcing", name := given.pop("kind", None), FORCINGS)
+    kind = FORCINGS[name]
     if kind is Record and file is not None:
         return Record.read(file, **given)
     if kind is Record and "time" not in given:
-        raise ValueError(f"forcing: its {given['samples']} samples are not kept with the cube")
+        if "samples" in given:
+            raise ValueError(f"forcing: its {given['samples']} samples are not kept with the cube")
+        raise ValueError("forcing: a record needs its file, or time and value")
+    known = [field.name for field in fields(kind)]
+    for setting in given:
+        if setting not in known:
+            raise unknown_name(f"setting of {name}", setting, known)
     return kind(**given)
 
 
