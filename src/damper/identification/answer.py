@@ -38,8 +38,8 @@ _LOOSE, _VAGUE = 0.1, 0.5
 _NOTHING = 1e-6
 #: Part of an allowed range within which a value is at its end.
 _AT_END = 1e-4
-#: Independent draws whose worth makes an interval no more than a hint.
-_FEW = 20.0
+#: Worth in independent draws, of which five are beyond each end, below which an interval is a hint.
+_FEW = 200.0
 #: Samples in a period of the primary, below which a record is coarse.
 _COARSE = 10.0
 

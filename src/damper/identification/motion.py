@@ -2,7 +2,7 @@
 
 Motion and derivatives come from the engine, the derivatives at Chebyshev points between the events
 of a run. The polynomials through these points stand for them in between, to some 1e-10 of their
-size, and so do those of the velocity for accelerations.
+size; accelerations and their derivatives are slopes of polynomials of velocities.
 """
 
 from __future__ import annotations
@@ -42,11 +42,13 @@ from damper.sweep.orbits.arcs import vector, zero
 
 #: Longest piece between two polynomials, in units of the fastest rate of the motion.
 _PIECE = 12.0
-#: Points of a piece, the fewest, and how many more for each unit of its length: for 1e-10 of the
-#: size of the motion and of its acceleration.
-_FEWEST, _MORE = 12, 1.5
-#: Part of a piece over which an acceleration without derivatives is the change of the velocity.
-_LITTLE = 3e-4
+#: Points of a piece, the fewest, and how many more for each unit of its length: for 1e-9 of the
+#: motion's size.
+_FEWEST, _MORE = 8, 1.2
+#: Part of a piece between the velocities whose slope is an acceleration without derivatives, their
+#: places, and the matrix from them to the coefficients of their polynomial.
+_LITTLE, _AROUND = 1e-3, np.arange(-2.0, 3.0)
+_QUARTIC = np.linalg.inv(np.vander(_AROUND, increasing=True))
 #: Events of a run at most: beyond these no record has an impact.
 _MOST_EVENTS = 20_000
 
@@ -133,13 +135,14 @@ class Piece:
         return weights @ self.motion[:, which], weights @ self.changes[:, which]
 
     def _acceleration(self, times: np.ndarray) -> np.ndarray:
-        """Slope of the parabola through three velocities around each time."""
+        """Slope of the polynomial of the fourth degree through five velocities around each time."""
         little = _LITTLE * self.length
-        middles = np.clip(times, self.begin + little, self.end - little)
-        around = (middles + little * np.array([[-1.0], [0.0], [1.0]])).ravel()
-        before, there, after = self.moving(around)[:, 1].reshape(3, -1)
-        bent = (times - middles) * (after - 2.0 * there + before) / little**2
-        return (after - before) / (2.0 * little) + bent  # type: ignore[no-any-return]
+        middles = np.clip(times, self.begin + 2.0 * little, self.end - 2.0 * little)
+        around = (middles + little * _AROUND[:, None]).ravel()
+        _, first, second, third, fourth = _QUARTIC @ self.moving(around)[:, 1].reshape(5, -1)
+        place = (times - middles) / little
+        slopes = first + place * (2.0 * second + place * (3.0 * third + 4.0 * place * fourth))
+        return slopes / little  # type: ignore[no-any-return]
 
     @property
     def length(self) -> float:
