@@ -188,7 +188,7 @@ class RecordedDamper:
         if record.kind in TIMES:
             steps = np.diff(record.times) if record.kind == "impacts" else record.times
             return 0.1 * float(np.mean(steps))
-        return 0.1 * float(np.std(record.values)) or 1.0
+        return 0.1 * float(np.std(self._shown(k))) or 1.0
 
     # Unknowns.
 
@@ -290,16 +290,13 @@ class RecordedDamper:
     @cached_property
     def _amplitude(self) -> float:
         """Size of the displacement; 0 where no record shows it."""
-        for record in self.records:
+        for k, record in enumerate(self.records):
             order = {"displacement": 0, "peaks": 0, "velocity": 1, "acceleration": 2}.get(
                 record.kind
             )
             if order is not None:
-                values = (
-                    record.values
-                    if record.kind == "peaks"
-                    else record.values - record.values.mean()
-                )
+                values = self._shown(k)
+                values = values - (0.0 if record.kind == "peaks" else values.mean())
                 return float(abs(values).max()) / self.rate**order
         return abs(float(self.known.get("initial_displacement", 0.0)))
 
@@ -314,8 +311,9 @@ class RecordedDamper:
         phases = self.rate * (record.times - record.begins)
         few = max(int(np.searchsorted(phases, 0.5 * math.pi)), 4)
         turned = phases[:few, None] + 0.5 * math.pi * (SAMPLED.index(record.kind) - np.arange(2))
-        samples = record.values[:few] - (record.values.mean() if record.offset else 0.0)
-        fitted = np.linalg.lstsq(np.cos(turned), samples, rcond=None)[0]
+        samples = record.values[:few] - (self._shown(k).mean() if record.offset else 0.0)
+        calm = ~self._struck(k)[:few]
+        fitted = np.linalg.lstsq(np.cos(turned[calm]), samples[calm], rcond=None)[0]
         fitted /= self.rate ** SAMPLED.index(record.kind)
         return float(fitted[0] if name == INITIAL_NAMES[0] else fitted[1] * self.rate)
 
@@ -416,6 +414,10 @@ class RecordedDamper:
                 for time, _, _ in motion.impacts:
                     hidden |= abs(record.times - time) <= (record.blank or 2.0 * record.step)
         return any((b != after).any() for b, after in zip(before, self.hidden, strict=True))
+
+    def _shown(self, k: int) -> np.ndarray:
+        """Values of a record, without those beside its jumps."""
+        return self.records[k].values[~self._struck(k)]  # type: ignore[no-any-return]
 
     def _struck(self, k: int) -> np.ndarray:
         """Samples beside a jump of the record, which neither noise nor a vibration makes."""
