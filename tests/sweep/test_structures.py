@@ -128,6 +128,7 @@ def test_sequences_make_dimensions():
         ("harvest", {"coefficient": 2.0}),
         ("statistics", {"batches": 9, "above": 1e-3}),
         ("decay", {"half_cycles": 20}),
+        ("accumulation", {"bursts": 4, "impacts": 20}),
     ],
 )
 def test_observers_see_on_one_mode_what_they_see_on_an_oscillator(name, settings):
@@ -136,8 +137,9 @@ def test_observers_see_on_one_mode_what_they_see_on_an_oscillator(name, settings
     shapes = {"tip": [1.0], "force": "tip"}
     one = damper.Structure.from_modes([1.0], [0.05], shapes, modal_masses=[2.0])
     mass = {"free_mass": 0.2, "gap": 0.02, "restitution": 0.6}
-    # Under friction one of both may close a burst an impact earlier: another segment.
-    mass |= {} if name == "segments" else RUBS
+    # Under friction one of both may close a burst an impact earlier: another segment. The formulas
+    # of accumulation know none.
+    mass |= {} if name in ("segments", "accumulation") else RUBS
     driven = {"force_amplitude": 1.0, "forcing_frequency": 6.0, "transverse_acceleration": 1.0}
     oscillator = {"primary_mass": 2.0, "damping": 0.2 * rate, "stiffness": 2.0 * rate**2}
     more = {"transient": 3, "periods": 6, "observers": {name: settings}}
@@ -214,6 +216,29 @@ def test_a_decay_is_that_of_each_box_and_its_energy_that_of_all():
     assert cube.energy_to_dashpot.item() == pytest.approx(lost.item(), rel=1e-12)
     parts = cube.energy_to_impacts.sum() + cube.energy_to_dashpot + cube.energy_left
     assert parts.item() == pytest.approx(energy, rel=1e-12)
+
+
+def test_theory_of_accumulation_comes_as_close_to_what_is_resolved_as_its_order_says():
+    """Of a mass tied to its box, and two in step in another: late in a burst, by powers of time."""
+    alike = {"box": "tip", "free_mass": 0.05, "gap": 0.04}
+    masses = [TIED, alike, alike | {"free_mass": 0.03}]
+    driven = {"force_amplitude": 2.0, "forcing_frequency": "0.7 Hz", "restitution": 0.4}
+    p = damper.SIParameters(structure=THREE, masses=masses, **driven)
+    found = damper.simulate(p, transient=0, periods=3, observers={"accumulation": {"impacts": 14}})
+    assert (found.complete_bursts > 1).all()
+    left, moved = found.remaining_time.values, found.remaining_displacement.values
+    late = (left[..., :-1] < 1.2e-3) & (left[..., 1:] > 1.2e-4)
+    assert late.any(axis=(1, 2)).all()
+    shorter = (left[..., 1:] / left[..., :-1])[late]
+    for power, name in ((1, "first_order"), (2, "second_order")):
+        times, ways = found[f"{name}_time"].values, found[f"{name}_displacement"].values
+        for off, order in ((times - left, power + 1), (ways - moved, power + 1)):
+            falls = (off[..., 1:] / off[..., :-1])[late]
+            assert falls == pytest.approx(shorter**order, rel=0.3), (name, order)
+    estimate = found.prediction_error_estimate.values
+    known = (left > 1.2e-4) & (left < 1.2e-3)
+    off = abs(found.second_order_time.values - left) / found.first_order_time.values
+    assert (off[known] < estimate[known]).all()
 
 
 def test_statistics_are_those_of_the_structure_and_of_each_mass():

@@ -7,7 +7,7 @@ are those of each model, declared below.
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from damper.engine import model as declared
 from damper.engine.bodies import FixedStop, Prescribed, body_at
@@ -28,6 +28,7 @@ from damper.engine.segment import (
     STICKING,
     TAIL,
     Segment,
+    centre_velocity,
     clock_after,
     first_speed_of,
     segment_after,
@@ -105,6 +106,40 @@ def centre(model: Any, segment: Segment, tau: float) -> tuple[float, float]:
 def alone(model: Any, segment: Segment) -> tuple:
     """The damper of the free mass of a segment alone, its segment, and the start of its flight."""
     return model, segment, begin(model, segment)
+
+
+class Chatter(NamedTuple):
+    """How a chatter sequence goes on after an impact."""
+
+    force: float
+    """As `jerk`, of `damper.engine.accumulation.accumulation_times`."""
+    jerk: float
+    restitution: float
+    damping: float
+    """As in `damper.engine.accumulation.accumulation_times`."""
+    error: float
+    """Of the time to accumulation."""
+    velocity: float
+    """Of the primary, if the mass stuck just after the impact."""
+
+
+@by_class_or_default
+def chatter_of(model: Any, segment: Segment) -> Chatter:
+    """The chatter sequence of the mass whose impact begins a segment."""
+    view, s, start = alone(model, segment)
+    a, j, _, _ = flights.relative_rates(start, view)
+    mass_ratio = mass_ratio_at(view, s.periods, s.time)
+    damping = mean_of(mass_ratio, view.mass.damping, view.free.damping)
+    restitution = restitution_at(law_at(view.law, s.side), 0.0)
+    _, error = time_to_accumulation(view, s, start)
+    velocity = centre_velocity(s, mass_ratio)
+    return Chatter(-s.side * a, s.side * j, restitution, damping, error, velocity)
+
+
+@by_class_or_default
+def law_of_mass(model: Any, body: int, side: float) -> Any:
+    """Contact law of a mass at one of its walls."""
+    return law_at(model.law, side)
 
 
 @by_class_or_default

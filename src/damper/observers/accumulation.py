@@ -12,12 +12,12 @@ import numpy as np
 
 from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import repeats
-from damper.engine.impact import law_at, restitution_change
+from damper.engine.impact import restitution_change
 from damper.engine.model import columns_of, read_segment
 from damper.engine.roundoff import EPSILON
 from damper.engine.segment import IMPACT, STICK, TAIL, segment_at
 from damper.engine.trajectory import Trajectory
-from damper.models.walls import alone, time_to_accumulation
+from damper.models.walls import chatter_of, law_of_mass
 from damper.observers.common.base import Observer, Window, fields_of, record_type, since
 from damper.observers.common.settings import BODIES, Setting
 from damper.parameters.variables import LENGTH, Variable
@@ -84,7 +84,7 @@ class Accumulation(Observer):
         When a run has friction, no constant restitution, or no smooth force.
     """
 
-    models = MODELS
+    models = (*MODELS, "structure")
     bodies = BODIES
     bursts = Setting(
         20,
@@ -117,7 +117,7 @@ class Accumulation(Observer):
         """Start on a run."""
         super().begin(run, trajectory, window)
         model = trajectory.model
-        laws = (plain(law_at)(model.law, side) for side in (-1.0, 1.0))
+        laws = (plain(law_of_mass)(model, trajectory.body or 0, side) for side in (-1.0, 1.0))
         if any(plain(restitution_change)(law, _FAST) != 0.0 for law in laws):
             raise ValueError("accumulation: its formulas are those of a constant restitution")
         if not plain(repeats)(model.free.forcing):
@@ -179,8 +179,7 @@ def _follow(model, log, window, states, kept, of_bursts, of_impacts):
                 kept[int(state.impacts)] = log[index]
             state.impacts += 1.0
             if s.mode == TAIL:
-                view, own, start = alone(model, read_segment(model, log[index]))
-                _, state.error = time_to_accumulation(view, own, start)
+                state.error = chatter_of(model, read_segment(model, log[index])).error
 
 
 @compiled

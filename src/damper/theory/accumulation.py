@@ -19,12 +19,9 @@ from typing import Any, NamedTuple
 
 from damper.engine.accumulation import accumulation_times
 from damper.engine.compiled import compiled
-from damper.engine.impact import law_at, mean_of, restitution_at
-from damper.engine.model import mass_ratio_at
-from damper.engine.segment import FLIGHT, IMPACT, Segment, centre_velocity
+from damper.engine.segment import FLIGHT, IMPACT, Segment
 from damper.models import model_of
-from damper.models.flights import relative_rates
-from damper.models.walls import alone, time_to_accumulation, travel_together
+from damper.models.walls import chatter_of, travel_together
 from damper.parameters import Parameters
 from damper.parameters.models import require_model
 from damper.parameters.quantities import check_quantity
@@ -134,24 +131,18 @@ def predict_rest(model: Any, segment: Segment) -> Prediction:
     NaN where the contact force is not positive, and of second order where that time is not, which
     it cannot be.
     """
-    view, s, start = alone(model, segment)
-    a, j, _, _ = relative_rates(start, view)
-    restitution = restitution_at(law_at(view.law, s.side), 0.0)
-    force = -s.side * a
-    if not force * (1.0 - restitution) > 0.0:
+    c, speed = chatter_of(model, segment), segment.gap_rate
+    if not c.force * (1.0 - c.restitution) > 0.0:
         return Prediction(math.nan, math.nan, math.nan, math.nan, math.inf)
-    if s.gap_rate == 0.0:
+    if speed == 0.0:
         return Prediction(0.0, 0.0, 0.0, 0.0, 0.0)
-    mass_ratio = mass_ratio_at(view, s.periods, s.time)
-    impact_damping = mean_of(mass_ratio, view.mass.damping, view.free.damping)
-    first, second = accumulation_times(impact_damping, restitution, force, s.side * j, s.gap_rate)
-    _, error = time_to_accumulation(view, s, start)
+    first, second = accumulation_times(c.damping, c.restitution, c.force, c.jerk, speed)
     dx = math.nan
     if 0.0 < second <= LONGEST:
         dx = travel_together(model, segment, second)
     else:
         second = math.nan
-    return Prediction(first, second, centre_velocity(s, mass_ratio) * first, dx, error / first)
+    return Prediction(first, second, c.velocity * first, dx, c.error / first)
 
 
 def _check_inelastic(name: str, restitution: float) -> None:

@@ -21,6 +21,7 @@ from damper.engine.segment import (
     STICKING,
     TAIL,
 )
+from damper.models import walls
 from damper.models.friction import SLIP_DIRECTION, Frictions, NoFriction
 from damper.models.many import (
     ACCUMULATION,
@@ -39,6 +40,7 @@ from damper.models.structure.constants import (
     COUPLED,
     DAMPING,
     DASHPOTS,
+    DISPLACEMENT,
     DRAGS,
     EASED,
     FALLS,
@@ -47,9 +49,11 @@ from damper.models.structure.constants import (
     PUSH,
     STIFFENS,
     STIFFNESS,
+    VELOCITY,
     WEIGHTS,
     YIELDS,
     OnStructure,
+    box_at,
     first_row,
     friction_of,
     mass_in,
@@ -60,12 +64,14 @@ from damper.models.structure.contacts import decide_contacts, impulses_of, rebou
 from damper.models.structure.courses import next_event
 from damper.models.structure.flow import (
     ModalStart,
+    begin,
     begin_after,
     compliance,
     give,
     impulses_to_rest,
     joined_in,
 )
+from damper.models.structure.motion import all_after
 from damper.models.structure.steps import A, J
 from damper.models.wall_laws import have_one_law, law_of
 
@@ -84,6 +90,11 @@ class StructureChatter(NamedTuple):
     """Height of the bounces, at most."""
     eased: float
     """Pressing acceleration on the way back of a bounce over that on the way out."""
+    force: float
+    jerk: float
+    damping: float
+    error: float
+    """As those of `damper.models.walls.Chatter`."""
 
 
 @compiled
@@ -338,7 +349,7 @@ def _chatter_of(model, s, start, k):
     known = error <= model.tolerance and rise <= m.clearance
     if not known or left > horizon(model.forcing, start.phase):
         left = math.inf
-    return StructureChatter(left, rise, eased)
+    return StructureChatter(left, rise, eased, -bent, jerk, damping, error)
 
 
 @compiled_apart
@@ -459,3 +470,52 @@ def collapsing(model: OnStructure, bodies: np.ndarray) -> np.ndarray:
         if number > 0 and (fastest <= _AT_REST * first or ends):
             return hits
     return none
+
+
+# --- for the observer of accumulations
+
+
+@walls.law_of_mass.of(OnStructure)
+def _law_of_mass(model, body, side):
+    return law_of(model, mass_in(model.masses, body), side)
+
+
+@walls.chatter_of.of(OnStructure)
+def _chatter_after(model, segment):
+    k = int(segment.body)
+    s = with_bodies(segment, _bounced(model, segment, FLIGHT))
+    found = _chatter_of(model, s, begin(model, s, 2), k)
+    law = law_of(model, mass_in(model.masses, k), segment.side)
+    velocity = box_at(model, _together_after(model, segment, 0.0), VELOCITY, k)
+    restitution = restitution_at(law, 0.0)
+    return walls.Chatter(found.force, found.jerk, restitution, found.damping, found.error, velocity)
+
+
+@walls.travel_together.of(OnStructure)
+def _travel_together(model, segment, tau):
+    k = int(segment.body)
+    here = box_at(model, _together_after(model, segment, tau), DISPLACEMENT, k)
+    return here - box_at(model, segment, DISPLACEMENT, k)
+
+
+@compiled_apart
+def _bounced(model, s, mode):
+    """The masses after an impact, with a mode of those that bounce in step."""
+    bodies, k = s.bodies.copy(), int(s.body)
+    for j in range(len(bodies)):
+        b = bodies[j]
+        if b[GAP] == 0.0 and b[RATE] > 0.0 and (b[MODE] == FLIGHT or b[MODE] == TAIL):
+            # The log tells of each impact once.
+            b[MODE], b[CAUSE], b[ACCUMULATION] = FLIGHT, IMPACT, 0.0
+    flying = bodies.copy()
+    for j in range(len(bodies)):
+        if j == k or _in_step(model, flying, k, j):
+            bodies[j, MODE] = mode
+    return bodies
+
+
+@compiled_apart
+def _together_after(model, s, tau):
+    """Where all are after a time in which the mass of a segment moves with its box."""
+    joined = with_bodies(s, _bounced(model, s, TAIL))
+    return all_after(model, joined, begin(model, joined, 2), tau, len(s.bodies), 0.0)
