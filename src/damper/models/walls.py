@@ -108,7 +108,7 @@ def alone(model: Any, segment: Segment) -> tuple:
     return model, segment, begin(model, segment)
 
 
-class Chatter(NamedTuple):
+class ChatterAhead(NamedTuple):
     """How a chatter sequence goes on after an impact."""
 
     force: float
@@ -124,7 +124,7 @@ class Chatter(NamedTuple):
 
 
 @by_class_or_default
-def chatter_of(model: Any, segment: Segment) -> Chatter:
+def chatter_of(model: Any, segment: Segment) -> ChatterAhead:
     """The chatter sequence of the mass whose impact begins a segment."""
     view, s, start = alone(model, segment)
     a, j, _, _ = flights.relative_rates(start, view)
@@ -133,7 +133,7 @@ def chatter_of(model: Any, segment: Segment) -> Chatter:
     restitution = restitution_at(law_at(view.law, s.side), 0.0)
     _, error = time_to_accumulation(view, s, start)
     velocity = centre_velocity(s, mass_ratio)
-    return Chatter(-s.side * a, s.side * j, restitution, damping, error, velocity)
+    return ChatterAhead(-s.side * a, s.side * j, restitution, damping, error, velocity)
 
 
 @by_class_or_default

@@ -94,7 +94,7 @@ class StructureChatter(NamedTuple):
     jerk: float
     damping: float
     error: float
-    """As those of `damper.models.walls.Chatter`."""
+    """As those of `damper.models.walls.ChatterAhead`."""
 
 
 @compiled
@@ -488,7 +488,9 @@ def _chatter_after(model, segment):
     law = law_of(model, mass_in(model.masses, k), segment.side)
     velocity = box_at(model, _together_after(model, segment, 0.0), VELOCITY, k)
     restitution = restitution_at(law, 0.0)
-    return walls.Chatter(found.force, found.jerk, restitution, found.damping, found.error, velocity)
+    return walls.ChatterAhead(
+        found.force, found.jerk, restitution, found.damping, found.error, velocity
+    )
 
 
 @walls.travel_together.of(OnStructure)
