@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from textwrap import fill
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -17,6 +18,8 @@ from damper.study.products import Caption
 from damper.study.study_file import ProductBase, See
 
 _DASHES = ("-", "--", "-.", ":")
+#: Most letters in a line of the ordinate's label.
+_WIDTH = 32
 _HEIGHTS = {1: 2.2, 2: 1.9, 3: 1.7}
 
 
@@ -57,7 +60,9 @@ def draw(results: Mapping[str, Any], settings: StructureLines) -> Figure:
     shown = [cube] if settings.panels is None else _each(cube, settings.panels)
     figure, axes = panels.wrapped_panels(len(shown), _HEIGHTS, rest=1.1)
     variable = cube[name]
-    ordinate = label(variable.attrs["long_name"], "", variable.attrs.get("units", ""))
+    # What observers write has longer names than a panel is high.
+    words = fill(variable.attrs["long_name"], _WIDTH)
+    ordinate = label(words, "", variable.attrs.get("units", ""))
     if settings.along == "instant":
         abscissa = label("time", "", "s")
     else:
