@@ -59,8 +59,8 @@ SCENES: dict[str, tuple[Any, float, bool, tuple[str, ...]]] = {
     ),
     "friction": (
         on(BALL | {"friction_coefficient": 0.5}, LOW | {"friction_coefficient": 0.3}, **ACROSS),
-        6.0,
-        True,
+        5.0,
+        False,
         ("friction_coefficient_1", "free_mass_0"),
     ),
     "friction and ties": (
