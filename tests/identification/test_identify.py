@@ -258,6 +258,7 @@ def test_a_known_table_and_its_study(tmp_path, monkeypatch):
     assert np.isfinite(speeds).sum() >= 5
 
 
+@pytest.mark.compiled
 def test_decay_page_and_study(tmp_path, monkeypatch):
     monkeypatch.setattr("damper.identification.fit._ROUNDS", ((50, 2), (50, 2)))
     times, values, _ = decay(0.5, 201)
