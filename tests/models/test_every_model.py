@@ -264,7 +264,8 @@ DECLARED = sorted(
 #: derivatives that each force gives; the law of one wall, where the walls are alike. The row of a
 #: log is that of one free mass, as are its motion, its deviations, its losses beside a primary
 #: alone in flight, and what the laws are told of it. Without dry friction it neither rests off the
-#: walls nor slides. No force but a weighed one has a weight.
+#: walls nor slides. No force but a weighed one has a weight. Sums of energies, and the laws of
+#: walls, are those of one primary mass, read from what its model holds.
 GENERAL = (
     *("begin_samples", "longer_step", "proves_inside", "shorter_step", "stays_below", "taylor"),
     *("law_at", "read_segment", "write_row", "stored_energy", "masses_at", "over_time"),
@@ -272,6 +273,7 @@ GENERAL = (
     *("rest_or_slide", "fly_on", "bounce_of", "state_by_start", "exactly", "own_state", "box_at"),
     *("travel_of", "only_wall_of", "free_mass", "begun", "rebound_of", "sample", "tells_all"),
     *("braked_by", "has_no_time", "common", "strength_of", "weight_of", "with_height"),
+    *("drag_of", "fastest_rate", "inertias_of", "is_of_box", "longest_product", "law_of_mass"),
 )
 
 

@@ -199,24 +199,19 @@ def test_no_random_start_leaves_the_free_mass_where_no_wall_comes() -> None:
     assert (check["count"], motions["count"]) == (1000, 60)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
-    ("given", "own", "starts"),
+    ("given", "own"),
     [
-        ({"orientation": "upright"}, {"gravity": 9.81}, "few_starts"),
-        pytest.param(
+        ({"orientation": "upright"}, {"gravity": 9.81}),
+        (
             {"friction_coefficient": 0.2},
             {"friction_coefficient": 0.2, "transverse_acceleration": 9.81},
-            "all_starts",
-            marks=pytest.mark.exhaustive,
         ),
     ],
 )
-def test_no_start_under_weight_moves_further(
-    given: dict, own: dict, starts: str, request: pytest.FixtureRequest
-) -> None:
+def test_no_start_under_weight_moves_further(given: dict, own: dict) -> None:
     """In an upright and in a rough box, from either wall at any speed of the machine."""
-    if starts == "few_starts":
-        request.getfixturevalue(starts)
     machine = machine_of(FRAME | {"damping_ratio": 0.02, "largest_mass": 10.0} | given)
     judge, draw, sizes = WorstCase(machine), np.random.default_rng(4), Sizes(10.0, 1e-3, 0.3)
     brute = []

@@ -246,16 +246,20 @@ NOT_FREE = ": its vibration is not free, and does not decay by itself"
 
 
 def check_undriven(
-    force: Forcing, amplitudes: Iterable[float], begins: Iterable[float], mistakes: Mistakes
+    force: Forcing,
+    amplitudes: Iterable[float],
+    begins: Iterable[float],
+    mistakes: Mistakes,
+    later: str = "transient: {time: end}",
 ) -> bool:
     """Note where a force drives the damper whose decay is observed; whether none does.
 
-    `begins` are times at which windows of the runs begin.
+    `begins` are times at which windows of the runs begin; `later` says how they begin later.
     """
     over = bool(force.samples and getattr(force, "after", "") == "zero")
     over = over and all(begin >= force.end * (1.0 - 1e-12) for begin in begins)
     if over or force.kind == "none" or not any(amplitudes):
         return True
-    allowed = "force_amplitude: 0, forcing: none, or a transient up to the end of a record"
+    allowed = f"force_amplitude: 0, forcing: none, or {later} after a record"
     mistakes.add(("observers", "decay"), f"a force drives the damper{NOT_FREE}", allowed)
     return False

@@ -328,7 +328,8 @@ class StructureStudy(StudyFile):
             amplitude = self.axes.get("force_amplitude")
             amplitudes = amplitude.points if amplitude else [damper.force_amplitude]
             begins = [self.transient * damper.cycle]
-            check_undriven(damper.forcing, amplitudes, begins, mistakes)
+            later = "a transient whose last cycle ends"
+            check_undriven(damper.forcing, amplitudes, begins, mistakes, later)
         for name, axis in self.axes.items():
             for value in (axis.points[0], axis.points[-1]):
                 try:
