@@ -16,6 +16,7 @@ settings.load_profile("damper")
 #: the engine. All else finds its code in the cache once the workflow has compiled it.
 FIRST = (
     "tests/workflow/",
+    "tests/sizing/test_masses.py",
     "tests/test_quantities.py",
     "tests/sweep/test_orbit_branches.py",
     "tests/test_project.py",

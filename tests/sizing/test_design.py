@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.patches import Circle
 from scipy.signal import lsim
 from studies import cube_of
 
 from damper.sizing import study
-from damper.sizing.answer import Design, _answer, _changes, _history, _orbit, _without, design
+from damper.sizing.answer import Design, _answer, _changes, _history, _orbit, _without
 from damper.sizing.answer import cube_of as cube_of_study
 from damper.sizing.clauses import Clause, clauses_of, table_of
 from damper.sizing.contact import STEEL, ball_diameter
@@ -21,7 +20,6 @@ from damper.sizing.machine import machine_of, read_machine
 from damper.sizing.page import box, response
 from damper.sizing.search import Search
 from damper.sizing.study import Sizes, WorstCase
-from damper.sizing.words import text_of
 from damper.study.config import load_study
 
 MACHINE = {
@@ -106,47 +104,6 @@ def test_the_machine_alone_is_beside_a_mass_that_rubs() -> None:
     assert list(studies) == ["history", "history_without"]
     assert math.isclose(table.without.max(), judge.machine.undamped(case.hertz[0]), rel_tol=1e-3)
     assert abs(table.relative).max() <= 0.005 * (1.0 + 1e-9)
-
-
-@pytest.fixture(scope="module")
-def of_two(few_starts_throughout: None) -> Design:
-    """The card of two masses side by side, where they are better than one and three."""
-    worst = {1: 0.2, 2: 0.1, 3: 0.3}
-    sizes = Sizes(8.0, 0.01, 0.3)
-
-    def best(search: Search) -> Sizes:
-        search.bounds[sizes] = worst[search.judge.count]
-        return sizes
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Search, "best", best)
-        for others in ("best_of_masses", "gaps_about"):
-            patch.setattr(Search, others, lambda search, found: [found])
-        return design(MACHINE | {"units": [3, 1, 2]})
-
-
-def test_the_best_number_of_masses_is_named(of_two: Design, tmp_path: Path) -> None:
-    assert (of_two.count, of_two.counts.units.tolist()) == (2.0, ["2", "1", "3"])
-    assert "2 boxes side by side, with a ball of 1/2 of the free mass in each" in repr(of_two)
-    diameter = text_of(ball_diameter(4.0, STEEL.density), "m")
-    (build,) = (table for heading, _, table in of_two.tables if heading == "What to build")
-    assert build[["boxes", "diameter"]].iloc[0].tolist() == ["2", diameter]
-    reduced, v = 400.0 / 104.0, of_two.approach_speed
-    assert math.isclose(of_two.impulse, 1.3 * reduced * v, rel_tol=1e-9)  # of one of them
-    circles = [one for one in box(of_two).axes[0].patches if isinstance(one, Circle)]
-    assert len(circles) == 4  # two balls, at both ends of their way
-    of_two.save(tmp_path)
-    for path in (tmp_path / "studies").glob("*.yaml"):
-        assert len(load_study(path).masses) == (0 if path.stem == "alike" else 2)
-    worst, alike = (
-        float(cube_of(load_study(tmp_path / f"studies/{name}.yaml")).peak_displacement.max())
-        for name in ("worst", "alike")
-    )
-    assert math.isclose(of_two.worst, worst, rel_tol=1e-12)
-    assert math.isclose(of_two.alike, alike, rel_tol=1e-12)
-    table = pd.read_csv(tmp_path / "history.csv")
-    assert {"relative_0", "relative_1"} <= {*table}
-    assert read_machine(tmp_path / "machine.yaml").counts_of_masses == [1, 2, 3]
 
 
 @pytest.mark.parametrize(
