@@ -186,7 +186,7 @@ def test_a_decay_is_that_of_each_box_and_its_energy_that_of_all():
     start = damper.State([0.1, 0.02, 0.0], [0.0] * 3, [0.11, 0.02], [0.0, 0.0])
     observers = {"decay": {"half_cycles": 60, "parts": [0.8, 0.3]}}
     cube = damper.simulate(p, state=start, transient=0, periods=4, observers=observers)
-    run = damper.run(p, 4.0, start, samples_per_period=800)
+    run = damper.run(p, 4.0, start, samples_per_period=400)
     time, moved = run.motion.time.values, run.motion.displacement
     for body, place in enumerate(("tip", "deck")):
         x, own = moved.sel(point=place).values, cube.sel(body=body)
