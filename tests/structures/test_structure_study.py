@@ -131,6 +131,21 @@ def test_observers_and_a_start_are_those_of_a_run(tmp_path):
     assert {line.get_linestyle() for line in dots} == {"None"}
 
 
+@pytest.mark.parametrize("transient", [0, 2])
+def test_a_run_that_stops_early_is_missing_and_takes_no_other_with_it(tmp_path, transient):
+    """Within its window, or before that."""
+    study = study_of(
+        tmp_path, transient=transient, axes={"gap_0": STUDY["axes"]["gap_0"]}, figures={}
+    )
+    parts = [done(job) for job in study.parts({"max_events": 3}).values()]
+    cube = done(study.gathered({})["cube.nc"], *parts)
+    assert cube.status.values.tolist() == [1, 0]
+    for name in ("displacement", "mode_energy", "power_residual", "peak_displacement"):
+        missing = np.isnan(cube[name])
+        assert missing.isel(gap_0=0).all()
+        assert not missing.isel(gap_0=1).any()
+
+
 def test_words_name_the_box_of_a_mass():
     """Where there are several, and the mass as well where they share a box."""
     modes = Structure.from_modes([1.0], 0.02, {"tip": [1], "middle": [0.3], "force": "middle"})

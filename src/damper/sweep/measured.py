@@ -106,8 +106,10 @@ class Measured:
         self._points = np.array([*s.points.values()]).reshape(-1, len(s))
         self._rate = _fastest(p) * units.time + rate_of(drive.forcing)
         count = len(p.each)
-        self._sums = dict.fromkeys(("work", "displacement", "velocity", "acceleration"), 0.0)
-        self._sums |= dict.fromkeys(("modes", "energy", "ties", "friction"), 0.0)
+        self._sums: dict[str, Any] = {"work": 0.0}
+        self._sums |= {name: np.zeros(len(self._points)) for name, _ in RESULTS_OF_POINTS}
+        self._sums |= {name: np.zeros(len(s)) for name in ("modes", "energy")}
+        self._sums |= {name: np.zeros(count) for name in ("ties", "friction")}
         self._peaks = np.zeros((3, len(self._points)))
         self._ranges = np.full((2, math.floor(window.length + 1e-9), len(self._points)), -math.inf)
         self._speeds: list[list[float]] = [[] for _ in range(count)]
@@ -170,14 +172,17 @@ class Measured:
             found[f"rms_{name}"] = np.sqrt(sums[name] / length)
         losses = ("impact_power", "tie_power", "friction_power", "mode_power")
         lost = sum(found[name].sum() for name in losses)
-        gained = (self._end - self._stored[0]) / length
+        finished = self._trajectory.status == FINISHED
+        gained = (self._end - self._stored[0]) / length if finished else math.nan
         found["power_residual"] = np.array(found["input_power"] - lost - gained)
         if self._wanted:
-            x, v = (np.concatenate(parts) for parts in zip(*self._kept, strict=True))
+            none = np.full((self._wanted, len(self._structure)), math.nan)
+            kept = self._kept if finished else [(none, none)]
+            x, v = (np.concatenate(parts) for parts in zip(*kept, strict=True))
             found["time"] = self._step * self._units.time * np.arange(len(x))
             found["displacement"] = x @ self._points.T
             found["mode_energy"] = self._structure.mode_energies(x, v)
-        if self._trajectory.status != FINISHED:
+        if not finished:
             found = {name: np.full_like(values, math.nan) for name, values in found.items()}
         return found | {"status": np.array(self._trajectory.status, dtype=STATUS.dtype)}
 

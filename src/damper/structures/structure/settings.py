@@ -35,6 +35,8 @@ from damper.study.study_file import ProductBase, StudyFile
 
 _NONE: dict[str, Any] = {}
 _HERE = "damper.structures.structure"
+#: More cycles take days.
+MOST_CYCLES = 1_000_000
 Place = Annotated[int | Text | Annotated[tuple[float, ...], Field(strict=False)], ONE_MISTAKE]
 """Number of a coordinate, name of a place or of an array, or weights."""
 
@@ -237,8 +239,10 @@ class StructureStudy(StudyFile):
             "(mode_1_frequency in Hz, mode_1_damping_ratio) that run through values."
         ),
     ] = _NONE
-    transient: Annotated[int, Field(ge=0, description="Cycles before the window.")] = 100
-    periods: Annotated[int, Field(ge=1, description="Cycles in the window.")] = 20
+    transient: Annotated[
+        int, Field(ge=0, le=MOST_CYCLES, description="Cycles before the window.")
+    ] = 100
+    periods: Annotated[int, Field(ge=1, le=MOST_CYCLES, description="Cycles in the window.")] = 20
     start: Annotated[
         StartEntry, Field(description="Where every run starts; at rest when not given.")
     ] = StartEntry()
