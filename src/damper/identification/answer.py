@@ -208,9 +208,6 @@ def _read(machine: Any, known: Mapping[str, Any]) -> tuple[dict[str, Any], dict[
     if isinstance(machine, str | os.PathLike):
         folder = Path(machine).parent
         machine = dict(read_yaml(Path(machine)).data)
-        if "records" in machine:
-            listed = _entries(machine["records"])
-            machine["records"] = [{**one, "file": str(folder / one["file"])} for one in listed]
         for one in (machine, *(machine.get("masses") or ())):
             for name in WALL_TABLES if isinstance(one, dict) else ():
                 if isinstance(one.get(name), str):
@@ -229,6 +226,8 @@ def _read(machine: Any, known: Mapping[str, Any]) -> tuple[dict[str, Any], dict[
         file = given.pop("file", None)
         values["forcing"] = forcing_of(given, None if file is None else folder / str(file))
     about |= {n: plain_numbers(about[n], n) for n in ("starts", "ranges") if n in about}
+    listed = _entries(about.get("records", ()))
+    about["records"] = [{**one, "file": folder / one["file"]} for one in listed]
     numbers = plain_numbers(values)
     for name, value in numbers.items():
         if name in ALL and not ALL[name].whole:
@@ -239,7 +238,7 @@ def _read(machine: Any, known: Mapping[str, Any]) -> tuple[dict[str, Any], dict[
 def _entries(records: Any) -> list[Mapping[str, Any]]:
     """Records as a machine's file lists them; ValueError for what is no such list."""
     for k, one in enumerate(records if isinstance(records, list | tuple) else [records]):
-        if not (isinstance(one, Mapping) and isinstance(one.get("file"), str)):
+        if not (isinstance(one, Mapping) and isinstance(one.get("file"), str | os.PathLike)):
             raise ValueError(
                 f"records[{k}] = {one!r}: must be a mapping of file, and what damper.Recording "
                 "takes"
@@ -252,7 +251,7 @@ def _recordings(records: Any, about: Mapping[str, Any], kind: str) -> list[Recor
     if not isinstance(given, list | tuple):
         raise TypeError(f"records = {records!r}: must be a file or damper.Recording, or a list")
     found = [one if isinstance(one, Recording) else read_recording(one, kind) for one in given]
-    for entry in _entries(about.get("records", ())):
+    for entry in about["records"]:
         settings = dict(entry)
         found.append(read_recording(settings.pop("file"), settings.pop("kind", kind), **settings))
     if not found:

@@ -99,8 +99,7 @@ class Recording:
     unit: str = ""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.kind, str) or self.kind not in KINDS:
-            raise ValueError(str(unknown_name("kind", self.kind, KINDS)))
+        _check_kind(self.kind)
         given = self.__dict__
         given["times"] = self._column("times", self.times)
         if self.kind in TIMES:
@@ -193,6 +192,11 @@ class Recording:
         return column
 
 
+def _check_kind(kind: Any) -> None:
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise ValueError(str(unknown_name("kind", kind, KINDS)))
+
+
 def plain_numbers(values: Mapping[str, Any], what: str = "known") -> dict[str, Any]:
     """Return values by names or symbols of quantities; texts with a unit as numbers in SI units.
 
@@ -258,8 +262,7 @@ def read_recording(
     for name in about:
         if name not in (settings := [one.name for one in fields(Recording)]):
             raise unknown_name("setting of a record", name, settings)
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise ValueError(str(unknown_name("kind", kind, KINDS)))
+    _check_kind(kind)
     columns = [columns] if isinstance(columns, str | int) else columns
     unit = KINDS[kind][0]
     is_sound = kind == "impacts" and Path(path).suffix.lower() == ".wav"

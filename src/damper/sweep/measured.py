@@ -176,9 +176,9 @@ class Measured:
         gained = (self._end - self._stored[0]) / length if finished else math.nan
         found["power_residual"] = np.array(found["input_power"] - lost - gained)
         if self._wanted:
-            none = np.full((self._wanted, len(self._structure)), math.nan)
-            kept = self._kept if finished else [(none, none)]
-            x, v = (np.concatenate(parts) for parts in zip(*kept, strict=True))
+            if not finished:
+                self._kept = [(np.full((self._wanted, len(self._structure)), math.nan),) * 2]
+            x, v = (np.concatenate(parts) for parts in zip(*self._kept, strict=True))
             found["time"] = self._step * self._units.time * np.arange(len(x))
             found["displacement"] = x @ self._points.T
             found["mode_energy"] = self._structure.mode_energies(x, v)

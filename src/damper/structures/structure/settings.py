@@ -349,8 +349,8 @@ class StructureStudy(StudyFile):
         there: dict[str, tuple[Any, ...]] = {name: axis.given for name, axis in self.axes.items()}
         there |= {"point": tuple(structure.points), "body": tuple(range(len(self.masses)))}
         there["mode"] = tuple(range(1, len(structure.mass) + 1))
-        observed = (one.variables for one in make_observers(self._observed, boxes=True))
-        variables = {one.name: one for one in (*VARIABLES, *chain.from_iterable(observed))}
+        observed = chain.from_iterable(one.variables for one in self._made_observers)
+        variables = {one.name: one for one in (*VARIABLES, *observed)}
         for section, stem, made in self.products():
             if section != "figures":
                 continue
@@ -387,7 +387,7 @@ class StructureStudy(StudyFile):
         of_history = "instant" if self.history else ""
         observed: list[Variable] = []
         try:
-            made_observers = make_observers(self._observed, boxes=True)
+            made_observers = self._made_observers
         except ValueError as error:
             mistakes.add(("observers",), str(error))
             made_observers = []
@@ -412,6 +412,11 @@ class StructureStudy(StudyFile):
                 if variable not in shown:
                     message = f"'{variable}' is not in the cube"
                     mistakes.add((section, stem, "variables", i), message, ", ".join(shown))
+
+    @cached_property
+    def _made_observers(self) -> list[Any]:
+        """The observers; ValueError where two of them do not go together."""
+        return list(make_observers(self._observed, boxes=True))
 
     @property
     def _observed(self) -> dict[str, dict[str, Any]]:
