@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from machines import MACHINE
 from scipy.signal import lsim
 from studies import cube_of
 
@@ -21,20 +22,6 @@ from damper.sizing.page import box, response
 from damper.sizing.search import Search
 from damper.sizing.study import Sizes, WorstCase
 from damper.study.config import load_study
-
-MACHINE = {
-    "title": "A press",
-    "mass": 100.0,
-    "natural_frequency": 20.0,
-    "damping_ratio": 0.05,
-    "base_amplitude": 1e-3,
-    "band": [19.0, 21.0],
-    "largest_mass": 8.0,
-    "largest_gap": 0.1,
-    "restitution": 0.3,
-    "gap_tolerance": 5e-4,
-}
-
 
 pytestmark = pytest.mark.usefixtures("few_starts_throughout")
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from machines import FRAME, MACHINE
 from matplotlib.patches import Circle
 from studies import cube_of
 
@@ -19,29 +20,6 @@ from damper.sizing.study import Sizes, WorstCase
 from damper.sizing.words import text_of
 from damper.study.config import load_study
 from damper.sweep.runs import run_points
-
-MACHINE = {
-    "title": "A press",
-    "mass": 100.0,
-    "natural_frequency": 20.0,
-    "damping_ratio": 0.05,
-    "base_amplitude": 1e-3,
-    "band": [19.0, 21.0],
-    "largest_mass": 8.0,
-    "largest_gap": 0.1,
-    "restitution": 0.3,
-    "gap_tolerance": 5e-4,
-}
-FRAME = {
-    "mass": 100.0,
-    "natural_frequency": 31.8,
-    "damping_ratio": 0.005,
-    "force_amplitude": 200.0,
-    "band": [28.0, 36.0],
-    "largest_mass": 5.0,
-    "largest_gap": 0.02,
-    "restitution": 0.7,
-}
 
 pytestmark = pytest.mark.usefixtures("few_starts_throughout")
 

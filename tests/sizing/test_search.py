@@ -5,6 +5,7 @@ import random
 
 import numpy as np
 import pytest
+from machines import FRAME
 
 from damper.sizing import search as search_module
 from damper.sizing import study
@@ -15,16 +16,6 @@ from damper.sizing.study import Case, Chain, Sizes, WorstCase
 #: The natural frequency of a machine of rate 1, in Hz.
 F = 0.5 / math.pi
 LIGHT = {"mass": 1000.0, "stiffness": 1000.0, "largest_mass": 1.0, "largest_gap": 1e6}
-FRAME = {
-    "mass": 100.0,
-    "natural_frequency": 31.8,
-    "damping_ratio": 0.005,
-    "force_amplitude": 200.0,
-    "band": [28.0, 36.0],
-    "largest_mass": 5.0,
-    "largest_gap": 0.02,
-    "restitution": 0.7,
-}
 
 
 @pytest.mark.exhaustive
