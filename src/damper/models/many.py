@@ -218,7 +218,8 @@ def before_event(
 ) -> tuple[float, float]:
     """Velocity and mode of a mass just before the impacts at a segment's start.
 
-    From its velocity after them, its `mode` where it is not hit, and its box's velocity before.
+    `velocity` is that of the mass after the impacts, and `box` that of its box before them. A mass
+    that is not hit keeps its `mode`.
     """
     b = s.bodies[k]
     told = k == int(s.body) and s.cause == IMPACT

@@ -373,7 +373,7 @@ Text = Annotated[str, Field(pattern=r"\S"), AfterValidator(_plain)]
 
 
 def _in_one(value: Any, kinds: ValidatorFunctionWrapHandler) -> Any:
-    """Make one mistake of those that pydantic has, one for each kind that a value may be of."""
+    """Replace the mistakes of a union of types, one for each type, by a single mistake."""
     try:
         return kinds(value)
     except ValidationError:

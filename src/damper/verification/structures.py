@@ -6,7 +6,7 @@ that sticks, or the impulse of an impact. A mass that friction holds is a constr
 inertia of joined masses and no mode is formed. On short panels Q is a Taylor series, of which the
 equations of motion give one coefficient after the other. Events are found on closely spaced samples
 of each gap and its slope, and by bisection. A chatter sequence is followed impact by impact down to
-a speed of `RESTS`. Which masses walls and friction hold is found by trying every choice.
+a speed of `RESTS`. The reference tries every choice of masses that walls and friction hold.
 """
 
 from collections.abc import Iterable, Sequence

@@ -208,8 +208,9 @@ def _complete(model, s):
 def _release(model, bodies, s, start, tau, first, wall):
     """Let masses that nothing holds any longer part from their boxes, or stop; in place.
 
-    `bodies` are those before the time tau, with their motion from `start`. The first one parts away
-    from a wall, or stops, and so do all others for which the same is true.
+    `bodies` are those before the time tau, with their motion from `start`. The mass
+    `first` parts away from a wall, or its slide stops. A mass whose force or speed vanishes at the
+    same time parts or stops with it.
     """
     phase = turned(model.forcing, start.phase, turn_over(model.forcing, tau))
     stops = bodies[first, MODE] == FLIGHT

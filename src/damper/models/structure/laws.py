@@ -87,8 +87,8 @@ class StructureLaws:
         self._found = dict.fromkeys((*names, "segments"), 0.0)
         for name in ("touch", "momentum", "restitution_law", "tensile_force"):
             self._found[name] = math.nan
-        #: What the balance of energy lacks, and at worst so far; what is put in and lost; the
-        #: largest energy.
+        #: Residual of the balance of energy, and its largest size so far; energy put in and lost;
+        #: the largest stored energy.
         self._lacks, self._off, self._turnover, self._largest = 0.0, 0.0, 0.0, 0.0
         self._last: _Part | None = None
 
@@ -145,7 +145,7 @@ class StructureLaws:
         states = _State(*self._trajectory.states_in(row, taus))
         flies = s.bodies[:, MODE] == FLIGHT
         if pieces and not (s.bodies[:, MODE] == TAIL).any():
-            # What the run says of the gap of a mass in flight never passes a wall.
+            # The run reports no gap below 0; the integral of the velocity may pass a wall.
             rates = (states.u - states.v @ self._boxes.T)[1:-1].reshape(pieces, number, -1)
             ends = step * np.cumsum(
                 np.einsum("i,pik->pk", WEIGHTS[number - FEWEST, :number], rates), axis=0

@@ -1,4 +1,4 @@
-"""What a segment of a structure adds to a response: energies, work and losses of all of it.
+"""Energies, work and losses of a structure and its masses in a segment, for responses.
 
 In place of a primary's x and v the integrals have those of the whole structure: their squares are
 twice its potential and twice its kinetic energy. The bounces of a tail are left to what they lose.

@@ -55,7 +55,7 @@ class Observer:
     shared: ClassVar[tuple[str, ...]] = ()
     """Variables of such an observer that are the same for each mass, written by the first."""
     of_box: ClassVar[tuple[str, ...]] = ()
-    """Those of them that are of the primary, which on a structure is the box of each mass."""
+    """Shared variables of which, on a structure, each mass writes its own: those of its box."""
     is_first = True
     """Whether it is the first one of those for several masses."""
     settings: ClassVar[dict[str, Setting]] = {}

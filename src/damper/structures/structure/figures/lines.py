@@ -60,7 +60,7 @@ def draw(results: Mapping[str, Any], settings: StructureLines) -> Figure:
     shown = [cube] if settings.panels is None else _each(cube, settings.panels)
     figure, axes = panels.wrapped_panels(len(shown), _HEIGHTS, rest=1.1)
     variable = cube[name]
-    # What observers write has longer names than a panel is high.
+    # Names of some variables of observers are longer than a panel is high.
     words = fill(variable.attrs["long_name"], _WIDTH)
     ordinate = label(words, "", variable.attrs.get("units", ""))
     if settings.along == "instant":
