@@ -110,6 +110,8 @@ def test_sequences_make_dimensions():
     assert cube.gap_0.units == "m"
     with pytest.raises(ValueError, match=r"on a structure.*damper\.run\(parameters\.having"):
         cube.damper.run(gap_0=0.06)
+    with pytest.raises(ValueError, match="gap_0: too many points, at most 10000"):
+        damper.simulate(on(), gap_0=np.linspace(0.01, 0.1, 10_001))
     alone = damper.run(on(BALL | {"gap": 0.06}, forcing_frequency="1.5 Hz"), until=1 / 1.5)
     there = cube.isel(forcing_frequency=1, gap_0=1)
     assert there.peak_displacement.values == pytest.approx(alone.results.peak_displacement.values)
@@ -267,27 +269,6 @@ def test_statistics_are_those_of_the_structure_and_of_each_mass():
     # other mass sticks.
     taken = 0.75 * cube.mean_approach_energy * cube.impact_rate
     assert cube.mean_impact_loss.values == pytest.approx(taken.values, rel=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"observers": ["impacts"]}, "observers is not known on a structure"),
-        ({"observers": {"segments": {"at": {"gap_0": 1}}}}, "segments.at: on a structure every"),
-        ({"observers": {"trajectory": {"drive": True}}}, "trajectory.drive does not know"),
-        ({"draws": {"count": 2}}, "draws is not known on a structure"),
-        ({"gapp_0": [0.1, 0.2]}, r"unknown quantity .* 'gapp_0' \(did you mean 'gap_0'\?\)"),
-        ({"gap_1": [0.1, 0.2]}, "gap_1 is of mass 1, and masses has 1"),
-        ({"gap_0": [0.1, -0.2]}, "gap = -0.2"),
-        ({"gap_0": [0.1, 0.1]}, "gap_0: 0.1 is given 2 times"),
-        ({"gap_0": []}, "gap_0: must be a number or a non-empty"),
-        ({"gap_0": np.linspace(0.01, 0.1, 10_001)}, "gap_0: too many points, at most 10000"),
-        ({"periods": 0}, "periods = 0"),
-    ],
-)
-def test_mistakes_in_a_grid_are_named(given, message):
-    with pytest.raises((ValueError, TypeError), match=message):
-        damper.simulate(on(), **given)
 
 
 def test_a_run_that_stops_early_says_so():
