@@ -17,53 +17,7 @@ from damper.parameters.tables import WALL_TABLES
 
 MISTAKES = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())
 GOOD = GENERIC | {"phase": 0.25}
-TINY = 5e-324
-
-#: Name -> values below and above its range, the range in words, and its ends.
-RANGES: dict[str, tuple[list[float], str, list[float]]] = {
-    "mass_ratio": (
-        [-1.0, 9.9e-7, 1.1e18],
-        "1e-06 <= mass_ratio <= 1e+18, or 0, or inf",
-        [0.0, 1e-6, 1e18, math.inf],
-    ),
-    "damping_ratio": ([-TINY, 20], "0 <= damping_ratio <= 10", [0, 10]),
-    "frequency_ratio": ([-2, 9e-4, 1001], "0.001 <= frequency_ratio <= 1000", [1e-3, 1e3]),
-    "clearance": ([-1e-300], "clearance >= 0", [0, TINY, 1e300]),
-    "restitution": ([-TINY, math.nextafter(1.0, 2.0)], "0 <= restitution <= 1", [0, 1]),
-    "phase": ([], "any phase in rad", [-1e9]),
-    "force_amplitude": ([-TINY, math.inf], "force_amplitude >= 0", [0, TINY, 1e300]),
-    "restitution_left": (
-        [-TINY, math.nextafter(1.0, 2.0), -math.inf],
-        "0 <= restitution_left <= 1 (leave it out for walls that are alike)",
-        [0, 1, math.inf],
-    ),
-    "yield_speed": (
-        [0.0, -math.inf],
-        "yield_speed > 0 (leave it out for a constant restitution)",
-        [TINY, 1e300, math.inf],
-    ),
-    "yield_exponent": (
-        [-TINY, math.nextafter(1.0, 2.0), math.inf],
-        "0 <= yield_exponent <= 1 (with more a harder hit would come back slower)",
-        [0, 1],
-    ),
-    "support_stiffness_ratio": ([-TINY, math.inf], "support_stiffness_ratio >= 0", [0]),
-    "support_damping_ratio": ([-TINY, math.inf], "support_damping_ratio >= 0", [0]),
-    "contact_stiffness_ratio": (
-        [0.0, 9e-4, 1.1e8, -math.inf],
-        "0.001 <= contact_stiffness_ratio <= 1e+08 (leave it out for a rigid wall)",
-        [1e-3, 1e8, math.inf],
-    ),
-    "contact_tension": (
-        [0.5, 2, -1],
-        "0 <= contact_tension <= 1, whole (0: contact ends when its force vanishes, "
-        "1: when the gap reopens)",
-        [0],
-    ),
-    "modulation_depth": ([-TINY, 1.0], "0 <= modulation_depth < 1", [0, math.nextafter(1.0, 0.0)]),
-    "modulation_order": ([1.5, 0, 1001], "1 <= modulation_order <= 1000, whole", [1, 1000]),
-    "modulation_phase": ([], "any modulation_phase in rad", [1e9]),
-}
+RANGES = MISTAKES["ranges"]
 
 
 def refused(kind: type, values: dict[str, float]) -> str:

@@ -7,9 +7,11 @@ import pytest
 import pyuff
 import scipy.io
 import scipy.sparse
+import yaml
 
 import damper
 
+MISTAKES = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())
 M, K = np.diag([2.0, 1.0]), np.array([[3.0, -1.0], [-1.0, 1.0]])
 WHOLE = damper.Structure(M, None, K, boxes={"roof": 1}, force=0, base=[1.0, 1.0])
 TABLE = "frequency,damping_ratio,tip,force\n0.16,0.01,1,1\n0.43,0.02,0.6,0.5\n"
@@ -39,15 +41,7 @@ def test_a_modal_table_in_rad_per_second_with_modal_masses(tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [
-        ("frequency,tip\n1,1\n", "modes.csv, line 1: there is no column damping_ratio"),
-        (TABLE + "1,0.1,2\n", "modes.csv, line 4: 3 cells: must be 4"),
-        (TABLE + "1,0.1,x,2\n", "modes.csv, line 4: tip = 'x': must be a finite number"),
-        (TABLE.replace("frequency", "frequency (rpm)"), "line 1: frequency is in rpm"),
-        (TABLE.replace("force", "tip"), "line 1: column 'tip' is there twice"),
-        (TABLE.replace("0.02", "-2"), r"modes.csv: damping_ratios\[1\] = -2.0: must be"),
-        ("frequency,damping_ratio\n", "there are no modes"),
-    ],
+    MISTAKES["modal files"],
 )
 def test_mistakes_in_a_modal_table_name_the_line(tmp_path, text, message):
     with pytest.raises(ValueError, match=message):
