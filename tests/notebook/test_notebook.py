@@ -82,17 +82,6 @@ def test_a_motion_ends_where_it_is_asked_to(until: float) -> None:
     assert found == pytest.approx([state.x, state.v, state.y], abs=1e-14)
 
 
-def test_a_point_is_run_as_it_was(cube: xr.Dataset) -> None:
-    for restitution in (0.3, 0.9):
-        run = cube.damper.run(restitution=restitution)
-        there = cube.sel(restitution=restitution)
-        np.testing.assert_array_equal(run.cube.displacement, there.displacement)
-        begun = 3 * run.parameters.cycle
-        assert run.motion.time.values[0] == pytest.approx(begun, rel=1e-14)
-        assert run.events["time"].min() >= begun
-        assert np.isclose(run.bursts["onset"].iloc[0], run.events["time"]).any()
-
-
 #: Chaotic at a restitution of 0.9, so that no motion but the very same has its sections.
 CHAOS = {"mass_ratio": 0.1, "damping_ratio": 0.02, "frequency_ratio": 1.3, "clearance": 0.05}
 STARTS = {

@@ -110,6 +110,7 @@ def test_every_kind_is_here() -> None:
 @pytest.mark.parametrize("said", SAID)
 def test_study_runs_as_simulate_does(tmp_path: Path, said: str) -> None:
     study = load(tmp_path, said)
+    assert SCHEMA.is_valid(yaml.safe_load(written(tmp_path, said)))
     cube = run(study)
     same(cube, simulated(said, **POINT, clearance=[0.5, 1, 2]))
     # It says the same after it was written out.
@@ -220,24 +221,6 @@ def test_studies_that_share_compiled_code_have_the_same_constants(tmp_path: Path
         "engine_record_base_acceleration",
     }
     assert {len(found) for found in sorts.values()} == {1}
-
-
-@pytest.mark.parametrize(
-    ("said", "right"),
-    [
-        *((said, True) for said in SAID),
-        (NOISE % "draw", True),
-        ("{kind: record, file: a.csv, columns: [time, 2], delimiter: ;}", True),
-        ("bse", False),
-        ("{kind: base, frame: wall}", False),
-        ("{kind: unbalance, frame: base}", False),
-        (NOISE % "x", False),
-    ],
-    ids=str,
-)
-def test_schema(said: str, right: bool) -> None:
-    data = yaml.safe_load(f"{STUDY}forcing: {said}\n")
-    assert SCHEMA.is_valid(data) == right
 
 
 def test_bytes_of_a_record_count(tmp_path: Path) -> None:

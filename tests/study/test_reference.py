@@ -203,6 +203,7 @@ MISTAKES: dict[str, Any] = {
     "initial": "moving",
     "draws": {"count": 1, "seed": 1, "initial_velocity": [1, 2, 3]},
     "draws.count": 0,
+    "forcing": {"kind": "unbalance", "frame": "base"},
     "observers": ...,
     "observers.impact": {},
     "observers.bursts.threshold": 1,

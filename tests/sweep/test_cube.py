@@ -14,7 +14,7 @@ from new_process import in_new_process
 
 from damper import simulate
 from damper.parameters.quantities import ALL
-from damper.parameters.units import SI_UNITS, attributes_of, units_of
+from damper.parameters.units import SI_UNITS, attributes_of
 from damper.sweep.cube import CONVENTIONS, REFERENCES, gather, write_cube
 from damper.sweep.parts import PartData, read_part, write_part
 from damper.sweep.slices import simulate_slice
@@ -104,28 +104,6 @@ def test_attributes_are_kept(whole: xr.Dataset, tmp_path: Path) -> None:
     assert whole.attrs["references"] == REFERENCES
     for doi in ("10.1177/1687814017743110", "10.1177/14613484211051849"):
         assert doi in REFERENCES
-
-
-def test_notes_stand_on_the_coordinates(tmp_path: Path) -> None:
-    """Reasons for assumed values, on axes and on fixed parameters, and nowhere else."""
-    notes = {
-        "assumed": {"clearance": "lost in the text", "restitution": "our grid"},
-        "stated": {"mass_ratio": "p. 3"},
-    }
-    for fan_axes in ((), ("restitution",), ("mass_ratio", "restitution")):
-        cube = gathered(fan_axes, notes=notes)
-        path = tmp_path / f"{len(fan_axes)}.nc"
-        write_cube(cube, path)
-        with xr.open_dataset(path) as back:
-            assert back.clearance.attrs["assumed"] == "lost in the text"
-            assert back.restitution.attrs["assumed"] == "our grid"
-            assert back.mass_ratio.attrs["stated"] == "p. 3"
-            assert units_of(back.clearance.attrs) == "F0/K"
-            marked = [name for name in back.variables if "assumed" in back[name].attrs]
-            assert sorted(marked) == ["clearance", "restitution"]
-            assert [name for name in back.variables if "stated" in back[name].attrs] == [
-                "mass_ratio"
-            ]
 
 
 # --- files

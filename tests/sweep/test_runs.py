@@ -1,6 +1,5 @@
 """Many points through engine and observers: these do not touch each other, nor do runs."""
 
-import signal
 import subprocess
 import sys
 import threading
@@ -8,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from new_process import in_new_process
 from scenes import STUDY as POINT
 
 from damper.engine.compiled import COMPILED
@@ -101,27 +99,6 @@ def test_an_error_in_any_thread_stops_all() -> None:
     assert threading.active_count() == 1
 
 
-INTERRUPTED = """
-import os, signal
-from damper.sweep.runs import run_points
-# A shell starts what runs in its background with interrupts ignored.
-signal.signal(signal.SIGINT, signal.default_int_handler)
-def progress(number, total):
-    if number == 20:
-        os.kill(os.getpid(), signal.SIGINT)
-run_points([{point}] * 100_000, ["impacts"], transient=0, periods=5, progress=progress, workers=3)
-"""
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
-def test_interrupt_stops_all_threads() -> None:
-    code = INTERRUPTED.format(point=POINT)
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == -signal.SIGINT
-    assert done.stderr.count("Traceback") == 1
-    assert "concurrent" not in done.stderr
-
-
 LONG_RUN = """
 import signal, sys, threading
 import damper
@@ -152,32 +129,3 @@ def test_interrupt_within_a_long_run(what: str, observers: list[str], workers: i
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stderr.count("Traceback") == 1, done.stderr
     assert done.stderr.endswith("KeyboardInterrupt\n")
-
-
-# --- what is not asked for is not loaded
-
-
-LOADED = """
-import json, sys
-from damper.sweep.runs import run_points
-from damper.observers import OBSERVERS
-def loaded():
-    return {{name for name in OBSERVERS if "damper.observers." + name in sys.modules}}
-before, new = loaded(), {{}}
-for name in OBSERVERS:
-    known = loaded()
-    run_points([{point}], [name], transient=1, periods=2)
-    new[name] = sorted(loaded() - known)
-heavy = [m for m in ("xarray", "netCDF4", "matplotlib", "scipy", "pydantic") if m in sys.modules]
-print(json.dumps([sorted(before), new, heavy]))
-"""
-
-
-def test_observer_not_asked_for_is_not_imported() -> None:
-    """Nor compiled then: a compiled pass lives in its module."""
-    before, new, heavy = in_new_process(LOADED.format(point=POINT), DAMPER_COMPILE="0")
-    assert (before, heavy) == ([], [])
-    # What reads whole bursts builds on the observer that finds them, decay on that of energies.
-    built_on = {"burst_at": {"bursts"}, "chatter_bursts": {"bursts"}, "decay": {"response"}}
-    for name, loaded in new.items():
-        assert {*loaded} <= {name} | built_on.get(name, set())
