@@ -59,3 +59,4 @@ for study in kinds.STUDIES.values():
 assert all(read)
 """
     assert not modules_after(code) & HEAVY - {"pydantic"}
+    assert "numpy" not in modules_after("import damper.study.config")
