@@ -1,8 +1,6 @@
 """Studies of tests: written into a file and loaded, what is said of mistakes, and their cubes."""
 
-import copy
 import json
-import random
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -52,25 +50,3 @@ def cube_of(study: Any) -> Any:
     ]
     (job,) = study.gathered(ENGINE).values()
     return import_module(job.module).gather(parts, **plainly(job.settings))
-
-
-def broken(rng: random.Random, data: Any, odd: list[Any], names: list[Any]) -> Any:
-    """Return a copy with one part removed, renamed, moved, or replaced by something odd."""
-    data = copy.deepcopy(data)
-    node, parent, key = data, None, None
-    while isinstance(node, dict | list) and node and (parent is None or rng.random() < 0.8):
-        parent = node
-        key = rng.choice(list(node)) if isinstance(node, dict) else rng.randrange(len(node))
-        node = node[key]
-    if parent is None:
-        return rng.choice(odd)
-    match rng.randrange(4):
-        case 0:
-            del parent[key]
-        case 1 if isinstance(parent, dict):
-            parent[rng.choice([*names, f"{key}s"])] = parent.pop(key)
-        case 2:
-            parent[key] = data if rng.random() < 0.3 else copy.deepcopy(data)
-        case _:
-            parent[key] = rng.choice(odd)
-    return data

@@ -8,31 +8,39 @@ What is added to a damper and left out of one formula would give wrong numbers t
 import re
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from cases import thinned
+from project_copy import small_study
 from scenes import QUIET
+from studies import blame
 
 import damper
-from damper import Parameters, SIParameters, State, continue_orbit, periodic_orbit
+from damper import Parameters, SIParameters, State, continue_orbit, periodic_orbit, theory
 from damper.analysis.closed_forms import admissible_orbits, reduced_gap
 from damper.models import start_run
 from damper.models.sensitivity import follow_change, neighbours
 from damper.models.tangent import derivative
 from damper.observers import OBSERVERS
+from damper.parameters.dampers import BASIC
 from damper.parameters.forcing import FORCINGS
 from damper.parameters.masses import Mass
 from damper.parameters.models import MODELS, ON_PRIMARY
 from damper.parameters.quantities import PARAMETER_NAMES
 from damper.parameters.state import INITIAL_QUANTITIES
 from damper.report.interactive import interactive
+from damper.study.messages import Mistakes
+from damper.study.products import Product
 from damper.sweep.points import read_point
 from damper.sweep.runs import run_points
+from damper.theory import steady
 from damper.theory.accumulation import predict
 from damper.theory.steady import FREE_MASS
 from damper.theory.two_impacts import largest_clearance, orbits
+from damper.verification.comparison import settings as comparison
 
 CONTACT = {"contact_stiffness_ratio": 1e4}
 MODULATION = {"modulation_depth": 0.3}
@@ -293,3 +301,45 @@ def answer(consumer: Callable, values: dict[str, float]) -> Any:
 def unchanged(consumer: Callable, *company: tuple[str, float]) -> str:
     """What it computes of the scene, and of what a quantity is given with."""
     return repr(answer(consumer, QUIET | dict(company)))
+
+
+@pytest.fixture
+def less_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make the phase a quantity that no formula has heard of."""
+    for module in (theory, comparison):
+        monkeypatch.setattr(module, "BASIC", tuple(n for n in BASIC if n != "phase"))
+    monkeypatch.setattr(Product, "knows", tuple(n for n in BASIC if n != "phase"))
+    monkeypatch.setattr(steady, "PRIMARY", ("damping_ratio", "frequency_ratio"))
+
+
+@pytest.mark.usefixtures("less_known")
+@pytest.mark.parametrize("consumer", [start, motions, largest, gap])
+def test_formulas_refuse_by_name_what_they_do_not_list(consumer: Callable) -> None:
+    with pytest.raises(
+        ValueError, match=r"^phase = 0\.4: .* holds for .*damping_ratio.* only; leave phase out$"
+    ):
+        consumer(QUIET | {"phase": 0.4})
+
+
+@pytest.mark.usefixtures("less_known")
+def test_studies_refuse_by_name_what_formulas_do_not_list(tmp_path: Path) -> None:
+    study = small_study(initial="steady")
+    study["parameters"]["phase"] = 0.4
+    study["figures"] = {
+        "one": {"kind": "bifurcation", "along": "restitution"}
+        | {"theory": "two_impacts", "at": {"mass_ratio": 0.1}}
+    }
+    message = blame(tmp_path, study)
+    assert "initial\n    phase = 0.4: the steady response holds for" in message
+    assert message.count("its formulas do not know phase") == 1
+
+
+@pytest.mark.usefixtures("less_known")
+def test_scenes_refuse_by_name_what_other_solvers_do_not_list() -> None:
+    mistakes = Mistakes()
+    comparison.SceneSettings.check_together(SceneStub(QUIET | {"phase": 0.4}), mistakes)
+    assert "phase = 0.4: the comparison holds for" in str(mistakes.lines)
+
+
+class SceneStub(NamedTuple):
+    values: dict[str, float]

@@ -1,9 +1,12 @@
 """`damper fmu`: the steps are the run, and another simulation finds them in the FMU."""
 
+import ctypes
 import math
 import sys
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -102,6 +105,60 @@ def test_what_no_machine_has_is_refused_by_name() -> None:
         SteppedMachine(VALUES | {"input_order": 3}, "force")
 
 
+class Host:
+    """A simulation that imports an FMU by the C functions of FMI 3."""
+
+    def __init__(self, path: Path, folder: Path) -> None:
+        with ZipFile(path) as files:
+            files.extractall(folder)
+        about = ElementTree.parse(folder / "modelDescription.xml").getroot()
+        self.variables = {v.get("name"): v for v in about.find("ModelVariables")}
+        name = about.find("CoSimulation").get("modelIdentifier")
+        self._library = ctypes.CDLL(str(folder / f"binaries/x86_64-linux/{name}.so"))
+        self.logged: list[str] = []
+        words = [ctypes.c_char_p] * 2
+        self._log = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, *words)(
+            lambda _, status, kind, text: self.logged.append(text.decode())
+        )
+        make = self._library.fmi3InstantiateCoSimulation
+        make.restype = ctypes.c_void_p
+        token, place = about.get("instantiationToken"), f"{folder / 'resources'}/"
+        needs = *[False] * 4, None, ctypes.c_size_t(0), None, self._log, None
+        self._instance = ctypes.c_void_p(make(b"it", token.encode(), place.encode(), *needs))
+
+    def call(self, name: str, *arguments: Any) -> None:
+        assert getattr(self._library, f"fmi3{name}")(self._instance, *arguments) == 0, self.logged
+
+    def start(self, **values: float) -> None:
+        for name, value in values.items():
+            self.set(name, value)
+        no, zero = ctypes.c_bool(False), ctypes.c_double(0.0)
+        self.call("EnterInitializationMode", no, zero, zero, no, zero)
+        self.call("ExitInitializationMode")
+
+    def _about(self, name: str, value: Any) -> tuple[Any, ...]:
+        number, one = int(self.variables[name].get("valueReference")), ctypes.c_size_t(1)
+        return ctypes.byref(ctypes.c_uint32(number)), one, ctypes.byref(value), one
+
+    def set(self, name: str, value: float) -> None:
+        kind = self.variables[name].tag
+        of = {"Float64": ctypes.c_double, "Int32": ctypes.c_int32}[kind]
+        self.call(f"Set{kind}", *self._about(name, of(value)))
+
+    def get(self, name: str) -> float:
+        kind = self.variables[name].tag
+        of = {"Float64": ctypes.c_double, "Int32": ctypes.c_int32, "Boolean": ctypes.c_bool}[kind]
+        value = of()
+        self.call(f"Get{kind}", *self._about(name, value))
+        return value.value
+
+    def step(self, time: float, length: float) -> None:
+        flags = [ctypes.byref(ctypes.c_bool()) for _ in range(3)]
+        end = ctypes.byref(ctypes.c_double())
+        times = ctypes.c_double(time), ctypes.c_double(length)
+        self.call("DoStep", *times, ctypes.c_bool(True), *flags, end)
+
+
 def made(folder: Path, *options: str, text: str = FRAME, code: int = 0) -> str:
     pytest.importorskip("pythonfmu3")
     (folder / "frame.yaml").write_text(text)
@@ -111,6 +168,29 @@ def made(folder: Path, *options: str, text: str = FRAME, code: int = 0) -> str:
     return result.output
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="the library of the FMU is that of Linux")
+def test_another_simulation_finds_the_run_in_the_fmu(tmp_path: Path) -> None:
+    printed = made(tmp_path, "--free-mass", "10", "--gap", "0.1mm")
+    assert "driven by force; the machine that imports it needs Python 3.11" in printed
+    host = Host(tmp_path / "frame.fmu", tmp_path / "unpacked")
+    host.start(initial_position=0.5, restitution=0.4, input_order=2)
+    asked = {"initial_position": 0.5, "restitution": 0.4, "input_order": 2}
+    machine = SteppedMachine(VALUES | asked, "force")
+    for k in range(40):
+        value = 3000.0 * math.cos(0.2 * k)
+        host.set("force", value)
+        host.step(k * STEP, STEP)
+        machine.step(STEP, value)
+    assert host.get("impacts") == machine.impacts > 10
+    assert host.get("displacement") == machine.state.x
+    assert host.get("relative_velocity") == machine.state.u - machine.state.v
+    assert host.get("impulse") == machine.impulse != 0.0
+    assert host.get("sticking") == machine.sticking
+    other = Host(tmp_path / "frame.fmu", tmp_path / "again")
+    with pytest.raises(AssertionError, match=r"restitution = 2.0: must be a number >= 0 and <= 1"):
+        other.start(restitution=2.0)
+
+
 def test_fmpy_finds_nothing_wrong_in_the_fmu(tmp_path: Path) -> None:
     check = pytest.importorskip("fmpy.validation").validate_fmu
     made(tmp_path)
@@ -118,35 +198,27 @@ def test_fmpy_finds_nothing_wrong_in_the_fmu(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the library of the FMU is that of Linux")
-def test_another_simulation_finds_the_run_in_the_fmu(tmp_path: Path) -> None:
+def test_fmpy_finds_the_run_in_the_fmu(tmp_path: Path) -> None:
     simulate = pytest.importorskip("fmpy").simulate_fmu
-    printed = made(tmp_path, "--free-mass", "10", "--gap", "0.1mm")
-    assert "driven by force; the machine that imports it needs Python 3.11" in printed
+    made(tmp_path, "--free-mass", "10", "--gap", "0.1mm")
     times = STEP * np.arange(41)
     force = 3000.0 * np.cos(200.0 * times)
-    asked = {"initial_position": 0.5, "restitution": 0.4, "input_order": 0}
-    run = {"step_size": STEP, "output_interval": STEP, "stop_time": times[-1]}
-    run["input"] = np.rec.fromarrays([times, force], names="time,force")
-    found = simulate(tmp_path / "frame.fmu", start_values=asked, **run)
-    machine = SteppedMachine(VALUES | asked, "force")
+    found = simulate(
+        tmp_path / "frame.fmu",
+        start_values={"initial_position": 0.5, "input_order": 0},
+        input=np.rec.fromarrays([times, force], names="time,force"),
+        step_size=STEP,
+        output_interval=STEP,
+        stop_time=times[-1],
+    )
+    machine = SteppedMachine(VALUES | {"initial_position": 0.5, "input_order": 0}, "force")
     for row, value in zip(found[1:], force, strict=False):
         machine.step(STEP, value)
         assert row["displacement"] == pytest.approx(machine.state.x, rel=1e-9)
-        relative = machine.state.u - machine.state.v
-        assert row["relative_velocity"] == pytest.approx(relative, rel=1e-9, abs=1e-12)
+        assert row["impacts"] == machine.impacts
         assert row["impulse"] == pytest.approx(machine.impulse, rel=1e-9)
-        assert (row["impacts"], row["sticking"]) == (machine.impacts, machine.sticking)
     assert len(found) == len(times)
     assert machine.impacts > 10
-    logged: list[str] = []
-    with pytest.raises(Exception, match="fmi3"):
-        simulate(
-            tmp_path / "frame.fmu",
-            start_values={"restitution": 2.0},
-            logger=lambda *words: logged.append(str(words)),
-            **run,
-        )
-    assert "restitution = 2.0: must be a number >= 0 and <= 1" in "".join(logged)
 
 
 def test_a_machine_on_a_base_is_driven_by_the_acceleration_of_it(tmp_path: Path) -> None:

@@ -82,6 +82,34 @@ def test_a_motion_ends_where_it_is_asked_to(until: float) -> None:
     assert found == pytest.approx([state.x, state.v, state.y], abs=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"until": -1.0}, "until = -1.0: must be a time >= 0.157"),
+        ({"until": None}, "until is missing: give the time at which the run ends"),
+        ({"until": 0.1}, "until = 0.1: must be a time >= 0.157"),
+        ({"until": 1e300}, r"until = 1e\+300: ends after 3.18e\+298 cycles; at most"),
+        ({"samples_per_period": 0}, "samples_per_period = 0: must be a whole number >= 1"),
+        ({"samples_per_period": "many"}, "samples_per_period = 'many': must be a real number"),
+        ({"state": (0, 0, 0, 0)}, "must be a damper.State"),
+    ],
+)
+def test_a_slip_is_named_before_anything_is_run(given: dict, message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
+        damper.run(P, **({"until": 5.0} | given))
+
+
+def test_a_point_is_run_as_it_was(cube: xr.Dataset) -> None:
+    for restitution in (0.3, 0.9):
+        run = cube.damper.run(restitution=restitution)
+        there = cube.sel(restitution=restitution)
+        np.testing.assert_array_equal(run.cube.displacement, there.displacement)
+        begun = 3 * run.parameters.cycle
+        assert run.motion.time.values[0] == pytest.approx(begun, rel=1e-14)
+        assert run.events["time"].min() >= begun
+        assert np.isclose(run.bursts["onset"].iloc[0], run.events["time"]).any()
+
+
 #: Chaotic at a restitution of 0.9, so that no motion but the very same has its sections.
 CHAOS = {"mass_ratio": 0.1, "damping_ratio": 0.02, "frequency_ratio": 1.3, "clearance": 0.05}
 STARTS = {

@@ -132,6 +132,14 @@ def test_page_shows_everything(tmp_path: Path) -> None:
     assert "0.03 of the burst's first approach speed" in found.text
 
 
+def test_values_have_units() -> None:
+    values = load_study(ROOT / "config/studies/machine_frame.yaml").values
+    assert values["stiffness"] == "4e+06 N/m"
+    assert values["gap"] == "0 to 0.0016 m, 41 values"
+    values = load_study(ROOT / "config/studies/ball_on_table.yaml").values
+    assert (values["mass_ratio"], values["clearance"]) == ("0", "0 F0/K")
+
+
 @pytest.mark.parametrize(
     ("name", "shown"),
     [("chatter_map", True), ("paper_a_histories", True), ("earthquake", False), ("design", False)],

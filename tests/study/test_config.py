@@ -1,6 +1,7 @@
 """The study language: what is accepted, and what each mistake is told as."""
 
 import contextlib
+import copy
 import math
 import os
 import random
@@ -12,11 +13,12 @@ from typing import Any
 import pytest
 import studies
 import yaml
-from studies import MISTAKES, broken
+from new_process import modules_after
+from studies import MISTAKES
 
 from damper.study.axes import coordinate_name
 from damper.study.config import ConfigError, load_config, load_study
-from damper.study.yaml_file import dump_yaml
+from damper.study.yaml_file import dump_yaml, unreadable
 
 GOOD = """\
 title: Restitution and chatter
@@ -350,6 +352,23 @@ def test_files_are_merged_as_snakemake_merges_them(tmp_path: Path) -> None:
         load_config({}, tmp_path, [*paths, tmp_path / "nowhere.yaml"])
 
 
+@pytest.mark.parametrize(
+    ("asked", "meant"),
+    [
+        ("shok.csv", "shock.csv"),
+        ("quak.csv", ""),
+        ("quake.csv", "quake.yaml"),
+        ("shock.cvs", "shock.csv"),
+    ],
+)
+def test_a_file_of_another_kind_is_meant_only_by_its_very_name(
+    tmp_path: Path, asked: str, meant: str
+) -> None:
+    for name in ("quake.yaml", "shock.csv"):
+        (tmp_path / name).touch()
+    assert unreadable(tmp_path / asked, FileNotFoundError())[1] == meant
+
+
 @pytest.mark.parametrize("given", ["results/", "./a//b", "x" * 200])
 def test_folder_of_results(tmp_path: Path, given: str) -> None:
     write(tmp_path, GOOD)
@@ -404,9 +423,30 @@ def test_all_mistakes_at_once(tmp_path: Path) -> None:
 # Whatever comes, it ends in a study or in a ConfigError.
 
 ODD = [None, True, -1, 0, 1e400, math.nan, "", "é\ud800", "1e-3", [], {}, [[{}]], {1: 2}]
-NAMES = [None, 1.5, True, "x", ""]
 TOKENS = ["\t", "&a ", "*a ", "<<: ", "? ", "- ", "[", "}", "'", '"', "|", ">", "!!map ", "%", "\\"]
 TOKENS += ["\n", ": ", "#", "---\n", "...\n", "~", "1e999", ".nan", "\0", "\x85", "\U0001f600", "@"]
+
+
+def broken(rng: random.Random, data: Any) -> Any:
+    """Return a copy with one part replaced, removed, renamed or moved."""
+    data = copy.deepcopy(data)
+    node, parent, key = data, None, None
+    while isinstance(node, dict | list) and node and (parent is None or rng.random() < 0.8):
+        parent = node
+        key = rng.choice(list(node)) if isinstance(node, dict) else rng.randrange(len(node))
+        node = node[key]
+    if parent is None:
+        return rng.choice(ODD)
+    match rng.randrange(4):
+        case 0:
+            del parent[key]
+        case 1 if isinstance(parent, dict):
+            parent[rng.choice([None, 1.5, True, "x", f"{key}s", ""])] = parent.pop(key)
+        case 2:
+            parent[key] = data if rng.random() < 0.3 else copy.deepcopy(data)
+        case _:
+            parent[key] = rng.choice(ODD)
+    return data
 
 
 CASES = pytest.mark.parametrize(
@@ -424,7 +464,7 @@ def test_any_mapping_ends_well(tmp_path: Path, count: int) -> None:
     for _ in range(count):
         bad = good
         for _ in range(rng.randrange(1, 4)):
-            bad = broken(rng, bad, ODD, NAMES) if isinstance(bad, dict) else bad
+            bad = broken(rng, bad) if isinstance(bad, dict) else bad
         try:
             load_config(bad, tmp_path)
             outcomes.add("good")
@@ -454,3 +494,8 @@ def test_any_text_ends_well(tmp_path: Path, count: int) -> None:
             outcomes.add("bad")
             str(error).encode()
     assert outcomes == {"good", "bad"}
+
+
+def test_heavy_packages_stay_out() -> None:
+    loaded = modules_after("import damper.study.config")
+    assert not loaded & {"numpy", "xarray", "matplotlib", "numba", "damper.study.reference"}

@@ -73,6 +73,14 @@ def test_what_a_script_does_not_import_is_not_behind_it() -> None:
     assert all((PACKAGE / path).is_file() for path in BESIDE)
 
 
+@pytest.mark.parametrize("kind", ["bifurcation", "convergence"])
+def test_figure_kind_counts_if_it_is_named(kind: str) -> None:
+    path = f"figures/{kind}.py"
+    script = SCRIPTS / "figure.py"
+    assert {path, "figures/common/layout.py"} <= behind(script, [f"damper.figures.{kind}"])
+    assert path not in behind(script)
+
+
 @pytest.mark.parametrize("asked", OBSERVERS)
 def test_observer_counts_only_if_it_is_asked_for(asked: str) -> None:
     found = behind(SCRIPTS / "part.py", ["damper.sweep.slices", f"damper.observers.{asked}"])
@@ -97,6 +105,13 @@ def test_every_form_of_import_is_followed(tmp_path: Path, line: str, found: str)
     script.write_text(f"{line}\n")
     assert {found, "engine/oscillator.py"} <= behind(script)
     assert "figures/map.py" not in behind(script)
+
+
+@pytest.mark.parametrize("line", ["import numpy.linalg", "import damperfoo.engine", "flow = 1"])
+def test_names_of_other_packages_are_none_of_ours(tmp_path: Path, line: str) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(f"{line}\n")
+    assert behind(script) == set()
 
 
 LOADED = """

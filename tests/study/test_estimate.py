@@ -104,6 +104,22 @@ def test_large_study_that_is_fanned_passes(tmp_path: Path) -> None:
     assert found.simulate_resources["runtime"] < 60
 
 
+def test_a_record_counts_once_for_each_unit_of_time(tmp_path: Path) -> None:
+    """A record of 10 samples in a study whose masses are in SI units."""
+    record = {"kind": "record", "time": [*range(10)], "value": [1.0] * 10}
+    given = dict.fromkeys(("primary_mass", "damping", "free_mass", "gap", "stiffness"), 1.0)
+    given |= {"force_amplitude": 1.0, "forcing_frequency": 1.0, "restitution": 0.5}
+
+    def memory(*names: str) -> int:
+        axes = {name: {"start": 1, "stop": 2, "num": 11} for name in names}
+        fixed = {name: value for name, value in given.items() if name not in names}
+        study = LARGE | {"axes": axes, "parameters": fixed, "forcing": record}
+        return estimate(load(tmp_path, study)).job.memory
+
+    assert memory("stiffness") - memory("gap") == 10 * 16 * 10
+    assert memory("stiffness", "gap") == memory("primary_mass", "gap")
+
+
 def test_check_prints_a_table_and_what_is_wrong(tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.yaml"
     wrong.write_text(yaml.safe_dump(LARGE | {"periods": 10**12}, sort_keys=False))

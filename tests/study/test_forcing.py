@@ -110,7 +110,6 @@ def test_every_kind_is_here() -> None:
 @pytest.mark.parametrize("said", SAID)
 def test_study_runs_as_simulate_does(tmp_path: Path, said: str) -> None:
     study = load(tmp_path, said)
-    assert SCHEMA.is_valid(yaml.safe_load(written(tmp_path, said)))
     cube = run(study)
     same(cube, simulated(said, **POINT, clearance=[0.5, 1, 2]))
     # It says the same after it was written out.
@@ -165,6 +164,17 @@ def test_laws_of_noise_are_for_noise_alone(tmp_path: Path) -> None:
         load(tmp_path, "harmonic", shown, text)
 
 
+def test_times_and_bands_of_a_study_in_si_units_may_have_units(tmp_path: Path) -> None:
+    units = "{kind: noise, seed: 1, step: 100 ms, duration: 1 min, band: [0.5 rad/s, 2 rad/s]}"
+    text = SI_STUDY.replace("{}", "primary_mass: 2, damping: 4, stiffness: 200, free_mass: 0.2")
+    text = text.replace("periods: 4", "periods: {time: 4000 ms}")
+    text = text.replace("restitution", "force_amplitude: 1, restitution")
+    made = load(tmp_path, units, text=text)
+    assert made.force == damper.Noise(1, 0.1, 60.0, (0.5, 2.0))
+    assert made.periods.time == 4.0
+    assert SCHEMA.is_valid(yaml.safe_load(written(tmp_path, units, text=text)))
+
+
 def test_each_draw_has_a_noise_of_its_own(tmp_path: Path) -> None:
     text = STUDY.replace("[0.5, 1, 2]", "[1]")
     study = load(tmp_path, NOISE % "draw", "draws: {count: 3, seed: 1}\n", text)
@@ -210,6 +220,24 @@ def test_studies_that_share_compiled_code_have_the_same_constants(tmp_path: Path
         "engine_record_base_acceleration",
     }
     assert {len(found) for found in sorts.values()} == {1}
+
+
+@pytest.mark.parametrize(
+    ("said", "right"),
+    [
+        *((said, True) for said in SAID),
+        (NOISE % "draw", True),
+        ("{kind: record, file: a.csv, columns: [time, 2], delimiter: ;}", True),
+        ("bse", False),
+        ("{kind: base, frame: wall}", False),
+        ("{kind: unbalance, frame: base}", False),
+        (NOISE % "x", False),
+    ],
+    ids=str,
+)
+def test_schema(said: str, right: bool) -> None:
+    data = yaml.safe_load(f"{STUDY}forcing: {said}\n")
+    assert SCHEMA.is_valid(data) == right
 
 
 def test_bytes_of_a_record_count(tmp_path: Path) -> None:
@@ -311,53 +339,38 @@ def test_frequencies_in_hertz(tmp_path: Path) -> None:
         assert message in blame(tmp_path, "none", "", STUDY.replace("restitution: 0.6", wrong))
 
 
+def test_a_frequency_that_is_no_number_may_be_in_rad_per_second_or_hertz(tmp_path: Path) -> None:
+    given = SI_POINT | {"force_amplitude": 1.0, "forcing_frequency": "fast"}
+    text = SI_STUDY.replace("{}", ", ".join(f"{name}: {value}" for name, value in given.items()))
+    said = blame(tmp_path, "harmonic", "", text)
+    assert "allowed: number in rad/s, or with its unit, as 12 Hz, forcing_frequency > 0" in said
+
+
 def si_study(**given: Any) -> str:
     values = SI_POINT | {"force_amplitude": 1.0} | given
     return SI_STUDY.replace("{}", ", ".join(f"{name}: {value}" for name, value in values.items()))
 
 
-RECORD = "{kind: record, file: quake.csv, of: base_acceleration}"
-
-
-@pytest.mark.parametrize(
-    ("said", "given", "expected"),
-    [
-        ("harmonic", {"forcing_frequency": "210 rpm"}, {"forcing_frequency": 2.0 * np.pi * 3.5}),
-        ("none", {"force_amplitude": 0, "initial_velocity": "3 mm/s"}, {"initial_velocity": 0.003}),
-        ("base", {"force_amplitude": "2 mm", "primary_mass": "2000 g"}, {"force_amplitude": 0.002}),
-        (RECORD, {"force_amplitude": "0.5 g"}, {"force_amplitude": 0.5 * 9.80665}),
-    ],
-    ids=str,
-)
-def test_values_with_units(
-    tmp_path: Path, said: str, given: dict[str, Any], expected: dict[str, float]
-) -> None:
-    text = si_study(**given).replace("[0.02, 0.04]", "[20 mm, 4 cm]")
-    SCHEMA.validate(yaml.safe_load(written(tmp_path, said, text=text)))
-    study = load(tmp_path, said, text=text)
-    assert study.fixed == study.fixed | expected | {"primary_mass": 2.0}
+def test_values_with_units(tmp_path: Path) -> None:
+    text = si_study(primary_mass="2000 g", forcing_frequency="210 rpm", initial_velocity="3 mm/s")
+    text = text.replace("[0.02, 0.04]", "[20 mm, 4 cm]")
+    SCHEMA.validate(yaml.safe_load(text))
+    study = load(tmp_path, "harmonic", text=text)
+    expected = SI_POINT | {"forcing_frequency": 2.0 * np.pi * 3.5, "initial_velocity": 0.003}
+    assert study.fixed == study.fixed | expected
     assert study.axis_values["gap"] == (0.02, 0.04)
-    assert study.to_yaml() == studies.load(tmp_path, study.to_yaml()).to_yaml()
+    assert study.values["forcing_frequency"] == "3.5 Hz"
+    assert study.to_yaml() == load(tmp_path, "harmonic", text=study.to_yaml()).to_yaml()
     axis = text.replace("values: [20 mm, 4 cm]", "start: 1 cm, stop: 40 mm, step: 10 mm")
-    assert load(tmp_path, said, text=axis).axis_values["gap"] == (0.01, 0.02, 0.03, 0.04)
+    assert load(tmp_path, "harmonic", text=axis).axis_values["gap"] == (0.01, 0.02, 0.03, 0.04)
 
 
-def test_times_and_bands_with_units(tmp_path: Path) -> None:
-    units = "{kind: noise, seed: 1, step: 100 ms, duration: 1 min, band: [0.5 rad/s, 2 rad/s]}"
-    text = si_study().replace("periods: 4", "periods: {time: 4000 ms}")
-    made = load(tmp_path, units, text=text)
-    assert made.force == damper.Noise(1, 0.1, 60.0, (0.5, 2.0))
-    assert made.periods.time == 4.0
-    assert SCHEMA.is_valid(yaml.safe_load(written(tmp_path, units, text=text)))
-
-
-@pytest.mark.parametrize(("old", "new", "said"), MISTAKES["in SI units"], ids=str)
-def test_mistakes_in_si_units(tmp_path: Path, old: str, new: str, said: list[str]) -> None:
-    text = si_study()
-    assert text.count(old) == 1
-    message = blame(tmp_path, "harmonic", "", text.replace(old, new))
-    assert message.startswith("1 error ")
-    assert [part for part in said if part not in message] == []
+def test_the_unit_of_an_amplitude_is_that_of_the_force(tmp_path: Path) -> None:
+    study = load(tmp_path, "base", text=si_study(force_amplitude="2 mm"))
+    assert study.fixed["force_amplitude"] == 0.002
+    record = "{kind: record, file: quake.csv, of: base_acceleration}"
+    study = load(tmp_path, record, text=si_study(force_amplitude="0.5 g"))
+    assert study.fixed["force_amplitude"] == 0.5 * 9.80665
 
 
 @pytest.mark.parametrize("given", MISTAKES["forces"], ids=str)

@@ -198,6 +198,15 @@ def test_a_drawn_quantity_decides_the_model(tmp_path: Path) -> None:
     assert study.main_feature == "grounded"
 
 
+def test_initial_quantities_among_parameters_and_axes(tmp_path: Path) -> None:
+    text = STUDY.replace("  phase: 0.1\n", "  initial_velocity: 0.5\n  restitution: 0.6\n")
+    text = text.replace("axes:\n", "axes:\n  initial_position: {values: [-1, 1], fan: true}\n")
+    study = load(tmp_path, text)
+    assert study.fixed["initial_velocity"] == 0.5
+    assert study.slices() == [{"initial_position": -1.0}, {"initial_position": 1.0}]
+    assert study.slice_path({"initial_position": -1.0}) == "initial_position~-1"
+
+
 @pytest.mark.parametrize("name", MISTAKES["starts"])
 def test_mistake_is_told(tmp_path: Path, name: str) -> None:
     old, new, more, *parts = MISTAKES["starts"][name]

@@ -3,6 +3,7 @@
 import json
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -170,3 +171,22 @@ observers: {{response: }}
         ("share: 3", "masses.share\n    unknown key 'share'"),
     ):
         assert words in blame(tmp_path, text.replace("count: 3", wrong))
+
+
+SLIPS: list[tuple[dict[str, Any], str]] = [
+    (
+        {"masses": [{}, {}], "clearance_2": 1.0},
+        r"^clearance_2 = 1\.0: is of mass 2, and masses has",
+    ),
+    ({"clearance_0": 1.0}, r"^clearance_0 = 1\.0: is of mass 0, and there is no list masses"),
+    ({"masses": [{"clearance": 2}], "clearance_0": 1.0}, r"^clearance_0 is given, and in masses"),
+    ({"masses": [{"mass_ratio": 1}, {}]}, r"^missing parameters, of all masses .*: mass_ratio$"),
+    ({"masses": [{"restitution": [0.1, 2]}]}, r"^mass 0: restitution = 2\.0: must be a finite"),
+]
+
+
+@pytest.mark.parametrize(("given", "message"), SLIPS, ids=lambda part: str(part)[:40])
+def test_arguments_that_are_refused(given: dict[str, Any], message: str) -> None:
+    more = {} if "{'mass_ratio'" in str(given) else {"mass_ratio": 0.1}
+    with pytest.raises((ValueError, TypeError), match=message):
+        damper.simulate(**{**COMMON, "clearance": 1.0, **more, **given}, transient=1, periods=1)

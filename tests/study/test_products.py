@@ -1,5 +1,6 @@
 """Figures and tables in study files: what is accepted, and what is said of each mistake."""
 
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -158,6 +159,23 @@ def test_a_file_for_each_value(tmp_path: Path, figure: dict[str, Any]) -> None:
 
 
 # Whatever observers write.
+
+
+def test_observers_that_write_one_variable_do_not_go_together(tmp_path: Path) -> None:
+    written = {name: {v.name for v in make_observers([name])[0].variables} for name in OBSERVERS}
+    refused = set()
+    for pair in combinations(OBSERVERS, 2):
+        others = [name for name in GOOD["observers"] if name not in pair]
+        try:
+            load(tmp_path, {}, observers=dict.fromkeys(pair), without=others)
+        except ConfigError as error:
+            both = "both be asked for: both write" in str(error)
+            # The good study has a force, which is no mistake of the pair's.
+            if both or "a force drives the damper" not in str(error):
+                refused.add(pair if both else str(error))
+    assert refused == {
+        (one, other) for one, other in combinations(OBSERVERS, 2) if written[one] & written[other]
+    }
 
 
 ALL_WRITTEN = {"response": {"modulation_work": True}, "bursts": {"records": 2}}

@@ -99,6 +99,40 @@ def test_arguments_are_the_quantities_and_the_settings() -> None:
             simulate(**POINT, **{wrong: 1.0})
 
 
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"observers": None}, "observers = None: must be names, or a mapping from names"),
+        ({"observers": {"impacts": [1]}}, r"impacts = \[1\]: must be a mapping of settings"),
+        ({"state": (0, 0, 0, 0)}, r"state = \(0, 0, 0, 0\): must be a damper.State"),
+        ({"initial": np.zeros(4)}, r"initial = array\(\[0\., .*: must be 'rest' or 'steady'"),
+        ({"clearance": [0.1, 0.2, 0.1]}, "clearance: 0.1 is given 2 times"),
+        ({"periods": None}, "periods = None: must be a real number"),
+        ({"max_events": 1.5}, "max_events = 1.5: must be a whole number >= 1"),
+        ({"max_events": 10**30}, "max_events = 10{30}: must be a whole number >= 1 and <= 10{15}"),
+        (
+            {"restitution": [0.5, [0.6]]},
+            r"restitution: must be a number or .*, not \[0.5, \[0.6\]\]",
+        ),
+        ({"restitution": [0.5, "b"]}, "restitution = 'b': must be a real number"),
+        ({"restitution": {0.5}}, "restitution = {0.5}"),
+        ({"phase": [[0.1, 0.2]]}, "phase.*one-dimensional"),
+        ({"phase": []}, "phase.*one-dimensional"),
+        ({"clearance": (0.5, True)}, "clearance = True: must be a real number"),
+        ({"follow": False}, "follow = False: must be a mapping of an axis to a direction"),
+        (
+            {"observers": {"chatter_bursts": {"since": [0, 4]}}},
+            "chatter_bursts.since = 4.0: begins after the window of 4 cycles",
+        ),
+        ({"observers": [None]}, "unknown observer None: must be one of accumulation, "),
+        ({"observers": {"impacts": {3: 4}}}, "impacts = {3: 4}: settings have names"),
+    ],
+)
+def test_slips_are_named(given: dict[str, Any], message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
+        simulate(**{**POINT, **SHORT, **given})
+
+
 def test_one_observer_may_be_given_by_its_name() -> None:
     cube = simulate(**POINT, observers="impacts", **SHORT)
     assert cube.identical(simulate(**POINT, observers=["impacts"], **SHORT))

@@ -86,6 +86,22 @@ def test_a_followed_run_goes_on_in_the_phase_that_it_ended_in() -> None:
     assert second == pytest.approx(alone.peak_displacement.item(), rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"periods": {"tim": 1}}, "periods = {'tim': 1}: must be a whole number >= 1 (cycles), or"),
+        ({"periods": {"time": 0}}, "or {'time': a number > 0, or 'end'}"),
+        ({"periods": "end"}, "periods = 'end': must be a whole number"),
+        ({"periods": {"time": "end"}, "forcing": "base"}, "only a record or noise ends"),
+        ({"transient": {"time": 2.5}}, "ends at 2.3, before the window begins"),
+    ],
+)
+def test_mistakes_in_python(change: dict[str, Any], message: str) -> None:
+    given = POINT | {"forcing": SHAKEN, "periods": {"time": "end"}, "forcing_frequency": 1.0}
+    with pytest.raises(ValueError, match=re.escape(message)):
+        damper.simulate(**given | change)
+
+
 STUDY = """\
 title: Shaken
 source: our own

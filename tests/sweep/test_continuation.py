@@ -10,6 +10,10 @@ from cases import thinned
 from studies import MISTAKES
 
 from damper import Parameters, SIParameters, State, simulate
+from damper.engine.segment import CAUSE, GAP, GAP_RATE, MODE, SIDE, STICK, STICKING
+from damper.engine.trajectory import Trajectory
+from damper.models import start_run
+from damper.sweep import runs
 from damper.sweep.cube import gather
 from damper.sweep.parts import PartData, read_part, write_part
 from damper.sweep.runs import run_points
@@ -66,6 +70,27 @@ def assert_close(cube: xr.Dataset, arrays: dict[str, np.ndarray]) -> None:
         np.testing.assert_allclose(cube[name].values, array, rtol=1e-9, atol=1e-9, err_msg=name)
 
 
+class Recorder:
+    """Keeps parameters, state and first segment of every start."""
+
+    def __init__(self) -> None:
+        self.starts: list[tuple[Parameters, State | None, np.ndarray]] = []
+
+    def __call__(self, parameters: Parameters, state: State | None, *settings: Any) -> Trajectory:
+        trajectory = start_run(parameters, state, *settings)
+        self.starts.append((parameters, state, trajectory._state.copy()))
+        return trajectory
+
+
+@pytest.fixture
+def recorder(monkeypatch: pytest.MonkeyPatch) -> Recorder:
+    # One thread keeps the starts in order.
+    monkeypatch.setattr(runs, "_threads", lambda *_: 1)
+    found = Recorder()
+    monkeypatch.setattr(runs, "start_run", found)
+    return found
+
+
 # --- chains made by hand
 
 
@@ -97,21 +122,20 @@ def test_followed_runs_are_a_chain(name: str, start: State | None) -> None:
 
 
 @pytest.mark.parametrize("name", ["mass_ratio", "clearance", "restitution"])
-def test_followed_axis_among_others(name: str) -> None:
-    """First, middle or last: each line along it, of each draw, is the same as alone, to the bit."""
+@pytest.mark.parametrize("way", ["up", "down", "both"])
+def test_followed_axis_among_others(name: str, way: str) -> None:
+    """First, middle or last: each line along it is the same as alone, to the bit."""
     axes = {"mass_ratio": [0.2, 0.1], "clearance": [2.0, 0.5, 1.0], "restitution": [0.6, 0.2]}
-    run = {**RUN, "observers": SEEN, "follow": {name: "both"}}
-    ranges = {"initial_position": [-1, 1], "initial_velocity": [0, 2]}
-    cube = simulate(**SCENE | axes, **run, draws={"count": 2, "seed": 5, **ranges})
-    assert cube.displacement.dims == (*axes, "direction", "draw", "sample")
+    run = {**RUN, "observers": SEEN, "follow": {name: way}}
+    cube = simulate(**SCENE | axes, **run)
+    assert cube.max_approach_speed.dims == (*axes, "direction")
     others = {other: values for other, values in axes.items() if other != name}
-    for *place, number in itertools.product(*others.values(), range(2)):
+    for place in itertools.product(*others.values()):
         where = dict(zip(others, place, strict=True))
-        drawn = {start: float(cube[start][number]) for start in ranges}
-        alone = simulate(**SCENE | where | {name: axes[name]} | drawn, **run)
-        for variable, array in alone.data_vars.items():
-            found = cube[variable].sel(where).isel(draw=number)
-            np.testing.assert_array_equal(found, array, err_msg=variable)
+        alone = simulate(**SCENE | where | {name: axes[name]}, **run)
+        xr.testing.assert_identical(
+            cube.sel(where).drop_attrs(deep=False), alone.drop_attrs(deep=False)
+        )
     speeds = cube.max_approach_speed.values
     assert len(np.unique(speeds)) == speeds.size
 
@@ -165,6 +189,19 @@ def test_gathered_slices_follow_alike(
         )
 
 
+def test_each_draw_is_followed_on_its_own() -> None:
+    axes = {"clearance": [2.0, 0.5, 1.0], "restitution": [0.6, 0.2]}
+    run = {**RUN, "observers": SEEN, "follow": {"clearance": "both"}}
+    ranges = {"initial_position": [-1, 1], "initial_velocity": [0, 2]}
+    cube = simulate(**SCENE | axes, **run, draws={"count": 3, "seed": 5, **ranges})
+    assert cube.displacement.dims == (*axes, "direction", "draw", "sample")
+    for number in range(3):
+        drawn = {name: float(cube[name][number]) for name in ranges}
+        alone = simulate(**SCENE | axes | drawn, **run)
+        for name, array in alone.data_vars.items():
+            np.testing.assert_array_equal(cube[name].isel(draw=number).values, array.values)
+
+
 # --- a predecessor that stops
 
 
@@ -182,7 +219,28 @@ def test_successor_of_a_stopped_run_starts_afresh(start: State | None) -> None:
     assert same == [True, False, True, False]
 
 
-# --- units
+# --- what goes on
+
+
+def test_sticking_pair_sticks_at_the_next_clearance(recorder: Recorder) -> None:
+    """Contact is kept from tiny clearances to large ones, and no burst comes up from nothing."""
+    scene = {**SCENE, "restitution": 0.3, "frequency_ratio": 0.3}
+    values = np.geomspace(1e-4, 1.0, 3).tolist()
+    stuck = 0
+    for length, after in itertools.product(range(3, 8), ([-1, 0, 1], [1, 2, -1])):
+        for phase in (0.0, 0.5, 1.0, 1.5, 2.0, 2.5):
+            recorder.starts = []
+            points = [{**scene, "clearance": d, "phase": phase} for d in values]
+            run_points(points, [], transient=length, periods=1, predecessor=after)
+            for parameters, state, row in recorder.starts[1:]:
+                # Ended in contact, to the rounding of positions at a tiny clearance.
+                place = (state.y - state.x) / parameters.clearance
+                if state.u == state.v and abs(abs(place) - 1.0) < 1e-10:
+                    stuck += 1
+                    assert row[GAP] == 0.0, (parameters, state)
+                    assert (row[GAP_RATE], row[SIDE]) == (0.0, np.sign(place))
+                    assert (row[MODE], row[CAUSE]) == (STICKING, STICK)
+    assert stuck > 30
 
 
 def test_motion_in_metres_goes_on_along_the_stiffness() -> None:

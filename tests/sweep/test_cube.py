@@ -14,7 +14,7 @@ from new_process import in_new_process
 
 from damper import simulate
 from damper.parameters.quantities import ALL
-from damper.parameters.units import SI_UNITS, attributes_of
+from damper.parameters.units import SI_UNITS, attributes_of, units_of
 from damper.sweep.cube import CONVENTIONS, REFERENCES, gather, write_cube
 from damper.sweep.parts import PartData, read_part, write_part
 from damper.sweep.slices import simulate_slice
@@ -32,8 +32,22 @@ OBSERVERS: dict[str, Any] = {
 }
 RUN: dict[str, Any] = {"transient": 2, "periods": 3, "accuracy": 1e-12, "max_events": 1_000_000}
 #: SI units by their symbols, powers and products: all of the grammar of UDUNITS.
-READ_BY_UDUNITS = {"1", "rad", "degree", "kg", "m", "s", "m/s", "N", "N s", "N/m", "N s/m"}
-READ_BY_UDUNITS |= {"rad/s", "J", "m/s2"}
+READ_BY_UDUNITS = {
+    "1",
+    "rad",
+    "degree",
+    "kg",
+    "m",
+    "s",
+    "m/s",
+    "N",
+    "N s",
+    "N/m",
+    "N s/m",
+    "rad/s",
+    "J",
+    "m/s2",
+}
 ATTRIBUTES = {"title": "T", "source": "S", "study": "a: 1\n", "transient_periods": 2}
 
 
@@ -61,6 +75,19 @@ def gathered(
 def whole() -> xr.Dataset:
     """The same grid by `simulate`."""
     return simulate(**FIXED, **AXES, observers=OBSERVERS, **RUN)
+
+
+# --- gathering
+
+
+def test_values_lie_at_their_coordinates(whole: xr.Dataset) -> None:
+    """Of slices that are gathered; in any order of axes: test_continuation.py."""
+    fingerprints = whole.max_approach_speed.values.ravel()
+    assert len(np.unique(fingerprints)) == fingerprints.size == 24
+    cube = gathered(("restitution",))
+    point = {"mass_ratio": 0.05, "frequency_ratio": 2.0, "restitution": 0.6}
+    alone = simulate(**FIXED, **point, observers=OBSERVERS, **RUN)
+    assert cube.max_approach_speed.sel(point) == alone.max_approach_speed
 
 
 # --- descriptions
@@ -106,6 +133,28 @@ def test_attributes_are_kept(whole: xr.Dataset, tmp_path: Path) -> None:
         assert doi in REFERENCES
 
 
+def test_notes_stand_on_the_coordinates(tmp_path: Path) -> None:
+    """Reasons for assumed values, on axes and on fixed parameters, and nowhere else."""
+    notes = {
+        "assumed": {"clearance": "lost in the text", "restitution": "our grid"},
+        "stated": {"mass_ratio": "p. 3"},
+    }
+    for fan_axes in ((), ("restitution",), ("mass_ratio", "restitution")):
+        cube = gathered(fan_axes, notes=notes)
+        path = tmp_path / f"{len(fan_axes)}.nc"
+        write_cube(cube, path)
+        with xr.open_dataset(path) as back:
+            assert back.clearance.attrs["assumed"] == "lost in the text"
+            assert back.restitution.attrs["assumed"] == "our grid"
+            assert back.mass_ratio.attrs["stated"] == "p. 3"
+            assert units_of(back.clearance.attrs) == "F0/K"
+            marked = [name for name in back.variables if "assumed" in back[name].attrs]
+            assert sorted(marked) == ["clearance", "restitution"]
+            assert [name for name in back.variables if "stated" in back[name].attrs] == [
+                "mass_ratio"
+            ]
+
+
 # --- files
 
 
@@ -143,7 +192,7 @@ def test_same_bytes_each_time(tmp_path: Path) -> None:
     assert first.read_bytes() == second.read_bytes()
 
 
-# --- a full disk
+# --- the layout by hand
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit on the size of files")

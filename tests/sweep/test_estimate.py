@@ -1,6 +1,7 @@
 """What runs take, estimated from their settings, and what is refused from Python."""
 
 import math
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import damper
 from damper.observers import OBSERVERS, make_observers
 from damper.parameters.forcing import HARMONIC, Forcing, Harmonics, Record
 from damper.sweep import estimate
+from damper.sweep.points import read_point
 from damper.sweep.runs import run_points
 
 
@@ -49,12 +51,19 @@ def test_events_of_more_periods_than_end_are_refused() -> None:
         damper.events(parameters, until=1.000001 * most)
 
 
-def test_times_and_amounts_are_in_words() -> None:
-    seconds = (0.25, 99.0, 120.0, 6000.0, 1e6)
-    times = ["0.25 s", "99 s", "2 min", "1.7 h", "11.6 days"]
-    assert [estimate.duration(each) for each in seconds] == times
-    sizes = (5, 999_600, 1.6e9, 2.5e16)
-    assert [estimate.amount(each) for each in sizes] == ["5 B", "1 MB", "1.6 GB", "25 PB"]
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(0.25, "0.25 s"), (99.0, "99 s"), (120.0, "2 min"), (6000.0, "1.7 h"), (1e6, "11.6 days")],
+)
+def test_times_are_in_words(seconds: float, words: str) -> None:
+    assert estimate.duration(seconds) == words
+
+
+@pytest.mark.parametrize(
+    ("size", "words"), [(5, "5 B"), (999_600, "1 MB"), (1.6e9, "1.6 GB"), (2.5e16, "25 PB")]
+)
+def test_amounts_are_in_words(size: float, words: str) -> None:
+    assert estimate.amount(size) == words
 
 
 def test_a_force_takes_time() -> None:
@@ -81,3 +90,16 @@ def test_samples_of_a_record_take_memory() -> None:
     # Dampers of one unit of time share them.
     assert record.over(2.0) is record.over(2.0)
     assert np.shares_memory(record.over(2.0).value, record.over(3.0).value)
+
+
+def test_a_point_takes_less_than_the_estimate_has_for_a_run() -> None:
+    """It did not when each damper had a table of names of its own."""
+    values = [
+        {**POINT, "clearance": 0.1 + 1e-4 * k, "restitution": 0.5 + 1e-4 * k} for k in range(1000)
+    ]
+    read_point(values[0])
+    tracemalloc.start()
+    points = [read_point(value) for value in values]
+    taken = tracemalloc.get_traced_memory()[0] / len(points)
+    tracemalloc.stop()
+    assert taken < 0.5 * estimate._RUN_BYTES

@@ -1,5 +1,6 @@
 """`damper.events`: symmetries, its rows and its errors. Against many digits: tests/models."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -73,20 +74,45 @@ def test_max_events_ends_with_a_stopped_row(max_events: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "values", "allowed"),
     [
-        ("speed", "'speed' .did you mean 'approach_speed'"),
-        ("time_in_period", "'time_in_period': write time_in_cycle$"),
+        ("until", [math.nan, math.inf, -1.0], "a finite time >= 0.0"),
+        ("accuracy", [0.0, 1e-2, math.nan], "a number >= 1e-15 and <= 0.001"),
+        ("max_events", [0, 2.5], "a whole number >= 1 and <= 10{15}$"),
     ],
 )
-def test_misspelt_columns_get_the_nearest(name: str, said: str) -> None:
-    with pytest.raises(ValueError, match=said):
-        events(CHATTER, until=10.0)[name]
+def test_settings_are_checked(name: str, values: list[float], allowed: str) -> None:
+    for value in values:
+        with pytest.raises(ValueError, match=f"^{name} = {value!r}: must be {allowed}"):
+            events(CHATTER, **{"until": 1.0, name: value})
+
+
+def test_starts_out_of_place_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"\|y - x\| = 0.3 .*clearance = 0.25"):
+        events(CHATTER, (0.0, 0.0, -0.3, 0.0), until=1.0)
+    with pytest.raises(ValueError, match=r"^until = 1.0: must be a finite time >= 2.0"):
+        events(CHATTER, (0.0, 0.0, 0.0, 0.0, 2.0), until=1.0)
 
 
 def test_parameters_may_be_any_numbers() -> None:
     """Ints and NumPy scalars."""
     assert len(events((np.float64(0.1), 0, 1, np.int32(2), 1), until=20)) > 0
+
+
+@pytest.mark.parametrize(
+    ("slip", "message"),
+    [
+        ({"parameters": {}}, "parameters = {}: must be damper.Parameters or SIParameters"),
+        ({"state": (0, 0, 0, 0)}, r"state = \(0, 0, 0, 0\): must be a damper.State"),
+        ({"until": "x"}, "until = 'x': must be a real number"),
+        ({"restituton": 0.5}, "unknown parameter 'restituton' .did you mean 'restitution'"),
+        ({"parameters": None, "clearance": 1}, "missing parameters: mass_ratio, "),
+    ],
+)
+def test_slips_are_named(slip: dict[str, Any], message: str) -> None:
+    given: dict[str, Any] = {"parameters": damper.Parameters(*CHATTER), "until": 1.0}
+    with pytest.raises(TypeError, match=message):
+        damper.events(**(given | slip))
 
 
 def test_dampers_and_starts_are_given_in_one_way() -> None:
@@ -110,6 +136,15 @@ def test_dampers_and_starts_are_given_in_one_way() -> None:
         assert damper.simulate(one, restitution=[0.3, 0.6], **run).sizes["restitution"] == 2
         with pytest.raises(ValueError, match="state stands alone"):
             damper.events(one, other, **start, until=until)
+
+
+def test_misspelt_names_get_the_nearest() -> None:
+    with pytest.raises(TypeError, match=r"'clearence' .did you mean 'clearance'"):
+        damper.Parameters(0.1, 0.02, 1.3, clearence=0.05, restitution=0.5)  # type: ignore[call-arg]
+    with pytest.raises(ValueError, match=r"'speed' .did you mean 'approach_speed'"):
+        damper.events(damper.Parameters(*CHATTER), until=10.0)["speed"]
+    with pytest.raises(ValueError, match=r"'time_in_period': write time_in_cycle$"):
+        damper.events(damper.Parameters(*CHATTER), until=10.0)["time_in_period"]
 
 
 def test_kinds_of_events_have_names() -> None:

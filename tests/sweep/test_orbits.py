@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ import damper
 from damper import periodic_orbit
 from damper.models import start_run
 from damper.parameters import Parameters, SIParameters, State
-from damper.parameters.forcing import Base, Harmonics, NoForce, Record
+from damper.parameters.forcing import Base, Forcing, Harmonics, NoForce, Record
 from damper.parameters.named import value_of, with_values
 from damper.sweep.orbits import periodic
 from damper.theory.two_impacts import orbits
@@ -76,8 +75,28 @@ def test_an_orbit_in_si_units() -> None:
         periodic_orbit(si, state=State(0.0, 0.0, 1.0, 0.0))
 
 
-#: Under two harmonics, of which the second breaks the mirror.
-UNEVEN = replace(TWO_IMPACTS, clearance=5.0, forcing=Harmonics((1, 2), (1.0, 0.3), (0.0, 0.7)))
+@pytest.fixture(scope="module")
+def uneven() -> damper.PeriodicOrbit:
+    """A motion under two harmonics, of which the second breaks the mirror."""
+    forcing = Harmonics((1, 2), (1.0, 0.3), (0.0, 0.7))
+    orbit = periodic_orbit(replace(TWO_IMPACTS, clearance=5.0, forcing=forcing))
+    assert abs(abs(orbit.events["x"]) - abs(orbit.events["x"][::-1])).max() > 0.1
+    return orbit
+
+
+@pytest.mark.parametrize(
+    "name", ["harmonic_2", "harmonic_2_phase", "force_amplitude", "frequency_ratio", "clearance"]
+)
+def test_sensitivity_under_two_harmonics(uneven: damper.PeriodicOrbit, name: str) -> None:
+    p, value = uneven.parameters, value_of(uneven.parameters, name)
+
+    def beside(way: float) -> np.ndarray:
+        return periodic_orbit(with_values(p, {name: value + way}), state=uneven.state).start
+
+    found = uneven.sensitivity(name)
+    np.testing.assert_allclose(found, five_points(beside, 3e-4 * value), rtol=1e-7)
+
+
 #: Two unlike masses, each with two impacts a period.
 UNLIKE = Parameters(
     mass_ratio=0.1,
@@ -87,7 +106,8 @@ UNLIKE = Parameters(
     restitution=0.5,
     masses=[{}, {"mass_ratio": 0.09, "clearance": 3.6, "gravity": 0.05, "restitution": 0.5}],
 )
-UNLIKE_IN_SI = SIParameters.of(UNLIKE, 2.0, 200.0, 10.0)
+
+
 #: With dry friction: both rest off the walls, slide both ways, and move each other.
 BOTH_REST = Parameters(
     mass_ratio=0.13,
@@ -100,31 +120,25 @@ BOTH_REST = Parameters(
 )
 #: Near its motion.
 NEAR = State(-3.91, -0.28, [-4.47, -5.12], [-2.87, 1.63])
-#: With dry friction: two impacts on each wall that it stops between; one on each, begun at rest.
-RUBBING = {
-    "begins in a slide": Parameters(0.1, 0.05, 1.06, 1.2, 0.4, 3.6, friction=0.6),
-    "begins at rest": Parameters(0.1, 0.13, 1.17, 0.8, 0.4, 5.9, friction=0.6),
-}
-OF_FRICTION = ["friction", "clearance", "mass_ratio", "frequency_ratio"]
-OF_UNEVEN = ["harmonic_2", "harmonic_2_phase", "force_amplitude", "frequency_ratio", "clearance"]
-OF_UNLIKE = ["clearance", "clearance_1", "mass_ratio_0", "restitution_1"]
-OF_SI = ["gap_1", "free_mass_1", "stiffness", "gravity_1", "force_amplitude"]
-OF_BOTH = ["friction", "friction_1", "clearance_1", "mass_ratio_1"]
 
 
 @pytest.mark.parametrize(
     ("p", "word", "names"),
     [
-        pytest.param(UNEVEN, "R1 L1", OF_UNEVEN, id="two harmonics"),
-        pytest.param(RUBBING["begins in a slide"], "R2 L2", OF_FRICTION, id="begins in a slide"),
-        pytest.param(RUBBING["begins at rest"], "R1 L1", OF_FRICTION, id="begins at rest"),
-        pytest.param(UNLIKE, "R1 L1 | R1 L1", OF_UNLIKE, id="two masses"),
-        pytest.param(UNLIKE_IN_SI, "R1 L1 | R1 L1", OF_SI, id="masses in SI"),
-        pytest.param(BOTH_REST, "R1 L1 | R2 L2", OF_BOTH, id="masses with friction"),
+        (UNLIKE, "R1 L1 | R1 L1", ["clearance", "clearance_1", "mass_ratio_0", "restitution_1"]),
+        (
+            SIParameters.of(UNLIKE, 2.0, 200.0, 10.0),
+            "R1 L1 | R1 L1",
+            ["gap_1", "free_mass_1", "stiffness", "gravity_1", "force_amplitude"],
+        ),
+        (BOTH_REST, "R1 L1 | R2 L2", ["friction", "friction_1", "clearance_1", "mass_ratio_1"]),
     ],
+    ids=["dimensionless", "SI", "dry friction"],
 )
-def test_sensitivity(p: Parameters | SIParameters, word: str, names: list[str]) -> None:
-    """Differences of motions beside: by what all masses have, and by what one has of its own."""
+def test_sensitivity_of_several_masses(
+    p: Parameters | SIParameters, word: str, names: list[str]
+) -> None:
+    """By what all have, and by what one of them has of its own or takes from all."""
     orbit = periodic_orbit(p, state=NEAR if p == BOTH_REST else None)
     assert orbit.word == word
     for name in names:
@@ -136,22 +150,6 @@ def test_sensitivity(p: Parameters | SIParameters, word: str, names: list[str]) 
         known = five_points(beside, 3e-4 * (value or 1.0))
         found = orbit.sensitivity(name)
         np.testing.assert_allclose(found, known, rtol=0, atol=1e-7 * abs(known).max(), err_msg=name)
-
-
-@pytest.mark.parametrize("name", RUBBING)
-def test_multipliers_with_dry_friction(name: str) -> None:
-    """Against differences of the period's map; a rest takes a direction."""
-    orbit = periodic_orbit(RUBBING[name])
-    assert {0, 4, 5, 6} == set(orbit.events["kind"])
-    assert (orbit.state.v == orbit.state.u) == (name == "begins at rest")
-    assert abs(orbit.multipliers[3]) < 1e-12 < abs(orbit.multipliers[2])
-    ways = np.eye(4)
-    if name == "begins at rest":
-        # A part of a second order would be that of the slide to this rest.
-        ways = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]])
-    for way in ways:
-        known = five_points(lambda step, way=way: after_a_period(orbit, step * way), 1e-4)  # type: ignore[misc]
-        np.testing.assert_allclose(orbit.derivative @ way, known, rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize(("clearance", "vanish"), [(2.9, 2), (2.8, 1)])
@@ -193,6 +191,39 @@ def test_masses_in_step_are_sensitive_as_one() -> None:
             refused("initial_position_1")
         with pytest.raises(TypeError, match=r"^unknown parameter 'clearance_2' .*'clearance_1'"):
             refused("clearance_2")
+
+
+#: With dry friction: two impacts on each wall that it stops between; one on each, begun at rest.
+RUBBING = {
+    "begins in a slide": Parameters(0.1, 0.05, 1.06, 1.2, 0.4, 3.6, friction=0.6),
+    "begins at rest": Parameters(0.1, 0.13, 1.17, 0.8, 0.4, 5.9, friction=0.6),
+}
+
+
+@pytest.mark.parametrize("name", RUBBING)
+def test_multipliers_and_sensitivities_with_dry_friction(name: str) -> None:
+    """Against differences of the period's map, and of motions beside; a rest takes a direction."""
+    p = RUBBING[name]
+    orbit = periodic_orbit(p)
+    assert {0, 4, 5, 6} == set(orbit.events["kind"])
+    assert orbit.word == ("R1 L1" if name == "begins at rest" else "R2 L2")
+    assert (orbit.state.v == orbit.state.u) == (name == "begins at rest")
+    assert abs(orbit.multipliers[3]) < 1e-12 < abs(orbit.multipliers[2])
+    ways = np.eye(4)
+    if name == "begins at rest":
+        # A part of a second order would be that of the slide to this rest.
+        ways = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]])
+    for way in ways:
+        known = five_points(lambda step, way=way: after_a_period(orbit, step * way), 1e-4)  # type: ignore[misc]
+        np.testing.assert_allclose(orbit.derivative @ way, known, rtol=0, atol=1e-8)
+    for quantity in ("friction", "clearance", "mass_ratio", "frequency_ratio"):
+        value = value_of(p, quantity)
+
+        def beside(way: float, quantity: str = quantity, value: float = value) -> np.ndarray:
+            return periodic_orbit(with_values(p, {quantity: value + way}), state=orbit.state).start
+
+        slope = five_points(beside, 1e-4 * value)
+        np.testing.assert_allclose(orbit.sensitivity(quantity), slope, rtol=1e-6, atol=1e-7)
 
 
 def after_a_period(orbit: damper.PeriodicOrbit, deviation: np.ndarray) -> np.ndarray:
@@ -248,6 +279,24 @@ def test_an_orbit_in_the_frame_of_the_base(clearance: float, friction: float) ->
         change = ground.sensitivity(name) - base.sensitivity(name)
         known = moves * (name == "frequency_ratio")
         np.testing.assert_allclose(change, known, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (
+            {"forcing": Record([0.0, 1.0], [0.0, 1.0])},
+            "an orbit under a record: the force does not",
+        ),
+        ({"forcing": NoForce()}, r"an orbit in free motion \(forcing = none\)"),
+        ({"force_amplitude": 0.0}, r"an orbit in free motion \(force_amplitude = 0\)"),
+    ],
+)
+def test_an_orbit_needs_a_force_that_repeats(
+    more: dict[str, Forcing | float], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        damper.periodic_orbit(replace(TWO_IMPACTS, **more))
 
 
 @pytest.mark.parametrize("phase", [0.0, 2.2])
@@ -334,28 +383,18 @@ def test_completed_chatter_leaves_two_directions(more: dict[str, float]) -> None
         assert getattr(end, name) == pytest.approx(getattr(orbit.state, name), abs=1e-10)
 
 
-RESONANT = Parameters(0.1, 0.0, 1.0, 1e9, 0.5)
-VARYING = Parameters(frequency_ratio=1.3, **CHATTER, modulation_depth=0.2, modulation_order=2)
-UNDER_A_RECORD = replace(TWO_IMPACTS, forcing=Record([0.0, 1.0], [0.0, 1.0]))
+def test_what_is_not_found_is_said() -> None:
+    resonant = Parameters(
+        mass_ratio=0.1, damping_ratio=0.0, frequency_ratio=1.0, clearance=1e9, restitution=0.5
+    )
+    with pytest.raises(ValueError, match="no motion of period 1 found: the search stopped at"):
+        periodic_orbit(resonant, settle=1)
 
 
-@pytest.mark.parametrize(
-    ("p", "given", "message"),
-    [
-        (RESONANT, {"settle": 1}, "no motion of period 1 found: the search stopped at"),
-        (VARYING, {}, "a multiple of modulation_order = 2"),
-        (UNDER_A_RECORD, {}, "an orbit under a record: the force does not"),
-        (replace(TWO_IMPACTS, forcing=NoForce()), {}, r"in free motion \(forcing = none\)"),
-        (replace(TWO_IMPACTS, force_amplitude=0.0), {}, r"in free motion \(force_amplitude = 0\)"),
-        (TWO_IMPACTS, {"period": 0}, "period = 0: must be a whole .* >= 1 and <= 1000"),
-        (TWO_IMPACTS, {"period": 1001}, "period = 1001: must be a whole .* >= 1 and <= 1000"),
-        (TWO_IMPACTS, {"state": (0, 0, 0, 0)}, r"state = \(0, 0, 0, 0\): must be a damper.State"),
-    ],
-    ids=str,
-)
-def test_what_has_no_orbit_is_refused(p: Parameters, given: dict[str, Any], message: str) -> None:
-    with pytest.raises((ValueError, TypeError), match=message):
-        periodic_orbit(p, **given)
+def test_a_period_that_is_none_of_the_free_mass_is_refused() -> None:
+    more = {"modulation_depth": 0.2, "modulation_order": 2}
+    with pytest.raises(ValueError, match="a multiple of modulation_order = 2"):
+        periodic_orbit(Parameters(frequency_ratio=1.3, **CHATTER, **more))
 
 
 def test_a_run_that_does_not_settle_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -363,3 +402,11 @@ def test_a_run_that_does_not_settle_is_refused(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(periodic, "start_run", partial(start_run, max_events=20))
     with pytest.raises(ValueError, match="settle = 100: the run stopped early, max_events"):
         periodic_orbit(replace(TWO_IMPACTS, clearance=5.0), settle=100)
+    with pytest.raises(TypeError, match=r"state = \(0, 0, 0, 0\): must be a damper.State"):
+        periodic_orbit(TWO_IMPACTS, state=(0, 0, 0, 0))
+
+
+@pytest.mark.parametrize("period", [0, 1001, 10**9])
+def test_a_period_without_bounds_is_refused(period: int) -> None:
+    with pytest.raises(ValueError, match=f"period = {period}: must be a whole .* >= 1 and <= 1000"):
+        periodic_orbit(TWO_IMPACTS, period)

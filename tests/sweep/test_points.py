@@ -1,8 +1,10 @@
 """Points: names and values -> parameters, units and a start inside the box."""
 
 import math
+import re
 import warnings
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,11 +18,11 @@ from damper import Parameters, SIParameters, State, events, simulate
 from damper.engine.segment import CAUSE, FLIGHT, GAP, GAP_RATE, MODE, SIDE, STICKING
 from damper.models import start_run
 from damper.parameters import NO_UNITS
-from damper.parameters.quantities import INITIAL_NAMES
 from damper.sweep.points import read_point
 
 POINT: dict[str, float] = STUDY | {"phase": 0.4}
 SI: dict[str, float] = SCENE_SI | {"gap": 0.02, "restitution": 0.6, "phase": 0.4}
+RATIOS = st.floats(1e-3, 1e3)
 NUMBERS = st.floats(-1e3, 1e3)
 PLACES = st.floats(-1, 1)
 
@@ -37,7 +39,15 @@ def test_nothing_given_is_rest_with_the_free_mass_at_the_centre() -> None:
     assert point.parameters == Parameters(**POINT)
     assert point.units is NO_UNITS
     assert point.start() is None
-    zeros = dict.fromkeys(INITIAL_NAMES[:4], 0.0)
+    zeros = dict.fromkeys(
+        (
+            "initial_displacement",
+            "initial_velocity",
+            "initial_position",
+            "initial_relative_velocity",
+        ),
+        0.0,
+    )
     assert read_point(POINT | zeros).start() == State(0.0, 0.0, 0.0, 0.0)
 
 
@@ -85,6 +95,23 @@ def test_position_of_one_is_on_the_wall(clearance: float, x: float, v: float, si
             assert row[MODE] == FLIGHT
 
 
+@pytest.mark.parametrize("side", [-1, 1])
+def test_start_on_a_wall(side: int) -> None:
+    """Approaching hits at once, separating flies, and no relative velocity may stick."""
+    given = {**POINT, "initial_position": side}
+    point = read_point({**given, "initial_relative_velocity": 0.5 * side})
+    first = events(point.parameters, point.start(), until=10.0)[0]
+    assert (first["time"], first["kind"], first["side"]) == (0.0, 0, side)
+    assert first["approach_speed"] == 0.5
+    point = read_point({**given, "initial_relative_velocity": -0.5 * side})
+    first = events(point.parameters, point.start(), until=10.0)[0]
+    assert (first["kind"], first["side"]) == (0, -side)
+    assert 0.0 < first["time"] < 1.0
+    point = read_point({**given, "initial_displacement": side})  # the spring pulls back
+    first = events(point.parameters, point.start(), until=10.0)[0]
+    assert (first["time"], first["kind"], first["side"]) == (0.0, 1, side)
+
+
 @given(place=PLACES, relative=NUMBERS, phase=st.floats(-7, 7), omega=st.floats(0.1, 10))
 def test_steady_primary_with_a_free_mass_anywhere(
     place: float, relative: float, phase: float, omega: float
@@ -104,6 +131,47 @@ def test_steady_primary_with_a_free_mass_anywhere(
 
 
 # --- a neighbour's end
+
+
+@given(
+    clearances=st.tuples(st.floats(1e-3, 10), st.floats(1e-3, 10)),
+    frequencies=st.tuples(RATIOS, RATIOS),
+    x=st.floats(-5, 5),
+    v=st.floats(-5, 5),
+    place=PLACES,
+    relative=st.floats(-5, 5),
+    part=st.floats(0, 1, exclude_max=True),
+)
+def test_carried_over_by_the_formula(
+    clearances: tuple[float, float],
+    frequencies: tuple[float, float],
+    x: float,
+    v: float,
+    place: float,
+    relative: float,
+    part: float,
+) -> None:
+    """Primary and relative velocity go on, place and phase are parts of clearance and period."""
+    one, two = (
+        read_point({**POINT, "clearance": d, "frequency_ratio": omega})
+        for d, omega in zip(clearances, frequencies, strict=True)
+    )
+    end = State(x, v, x + place * clearances[0], v + relative, part * one.parameters.cycle)
+    if abs(end.y - end.x) > clearances[0]:
+        end = State(x, v, x, v + relative, end.time)
+    start = two.carried_over(one, end)
+    assert (start.x, start.v) == (x, v)
+    before, after = exact(*clearances)
+    x_, y_, v_, u_ = exact(end.x, end.y, end.v, end.u)
+    y = x_ + (y_ - x_) / before * after
+    assert abs(Fraction(start.y) - y) < Fraction(1e-15) * (
+        after + abs(x_) + (abs(x_) + abs(y_)) / before * after
+    )
+    assert abs(Fraction(start.u) - u_) <= Fraction(4e-16) * (2 * abs(v_) + abs(u_))
+    assert start.time / two.parameters.cycle == pytest.approx(
+        end.time / one.parameters.cycle, rel=1e-15
+    )
+    start_run(two.parameters, start)
 
 
 @given(
@@ -149,7 +217,43 @@ def test_local_time_stays_in_the_period() -> None:
         assert periods + rest / trajectory.cycle == pytest.approx(1.0, abs=1e-15)
 
 
-# --- values with units
+# --- names
+
+
+SECOND = "must be one of mass_ratio, damping_ratio, frequency_ratio, clearance, restitution, phase"
+SI_SECOND = "must be one of primary_mass, damping, stiffness, force_amplitude, forcing_frequency"
+
+
+@pytest.mark.parametrize(
+    ("values", "error", "message"),
+    [
+        ({**POINT, "gap": 1.0}, ValueError, "gap (SI units) and mass_ratio, damping_ratio"),
+        ({**SI, "clearance": 1.0}, ValueError, "clearance (dimensionless) are mixed"),
+        ({**POINT, "clearence": 1.0}, TypeError, f"(did you mean 'clearance'?): {SECOND}"),
+        ({**SI, "K": 1.0}, TypeError, f"'K' (did you mean 'stiffness'?): {SI_SECOND}"),
+        ({"restitution": 0.5, "mass_ratio": 0.1}, TypeError, "missing parameters: damping_ratio"),
+        ({"restitution": 0.5, "gap": 0.1}, TypeError, "missing parameters: primary_mass, damping"),
+        ({**POINT, "initial_position": 1.5}, ValueError, "initial_position = 1.5: must be a"),
+        ({**POINT, "initial_position": -1.1}, ValueError, "-1 <= initial_position <= 1 (-1 at"),
+        ({**POINT, "initial_velocity": math.nan}, ValueError, "initial_velocity = nan"),
+        ({**POINT, "initial_displacement": "0"}, TypeError, "initial_displacement = '0'"),
+        ({**POINT, "initial_displacement": True}, TypeError, "initial_displacement = True"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_refused(values: dict[str, Any], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=re.escape(message)):
+        read_point(values)
+
+
+def test_primary_is_at_rest_or_steady() -> None:
+    with pytest.raises(ValueError, match="primary = 'stedy': must be one of rest, steady"):
+        read_point(POINT, "stedy")
+    for name in ("initial_displacement", "initial_velocity"):
+        with pytest.raises(ValueError, match=f"{name} is given, but the primary starts on its st"):
+            read_point({**POINT, name: 0.0}, "steady")
+        with pytest.raises(ValueError, match=f"{name} is given, but the primary starts on its st"):
+            simulate(**POINT, **{name: 0.0}, initial="steady")
 
 
 @pytest.mark.filterwarnings("default:.* is unusual")

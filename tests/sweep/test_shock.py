@@ -85,3 +85,18 @@ def test_a_shock_on_a_damper_with_several_masses() -> None:
     below = replace(shock.state, v=shock.state.v + shock.direction * (shock.returns - shock.size))
     back = 1e-5 * abs(orbit.start[:2]).max()
     assert distances(shock.state, orbit, 3)[-1] > back > distances(below, orbit, 3)[-1]
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"largest": 1e300}, "largest = 1e[+]300: must be a positive number <= 2700.26, 1000"),
+        ({"moments": 1e9}, "moments = 1000000000.0: must be a whole number >= 1 and <= 1000"),
+        ({"settle": 1e10}, "settle = 10000000000.0: must be a whole number >= 1 and <= 1000000000"),
+        ({"tolerance": 1e-17}, "tolerance = 1e-17: must be a number with 1e-12 <= tolerance < 1"),
+    ],
+)
+def test_a_search_without_bounds_is_refused(given: dict[str, float], message: str) -> None:
+    working = periodic_orbit(Parameters(0.1, 0.1, 1.0, 5.0, 0.5))
+    with pytest.raises(ValueError, match=message):
+        smallest_shock(working, **given)

@@ -4,6 +4,7 @@ import dataclasses
 import itertools
 import math
 import random
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 from scenes import FORCES, MODELS, scene_of
 from scenes import SI as SCENE_SI
+from studies import blame, load
 
 import damper
 from damper import Parameters, SIParameters, State, events, simulate
@@ -279,6 +281,23 @@ def test_each_point_has_its_own_units() -> None:
                 np.testing.assert_array_equal(found, variable, err_msg=name)
 
 
+STATE = {"stroboscopic_section": {"free_mass": True}}
+
+
+def test_state_is_in_metres_and_seconds() -> None:
+    state = State(0.01, -0.2, 0.05, 0.4, 0.123)
+    cube = simulate(**SI, state=state, **{**RUN, "transient": 0, "observers": STATE})
+    found = (cube.displacement, cube.velocity, cube.free_displacement, cube.free_velocity)
+    np.testing.assert_allclose([float(a[0]) for a in found], [0.01, -0.2, 0.05, 0.4], rtol=1e-14)
+    # The force at that time is what makes it move on.
+    later = simulate(**SI, state=State(0.01, -0.2, 0.05, 0.4), **{**RUN, "observers": STATE})
+    assert abs(later.velocity - cube.velocity).max() > 1e-3
+    with pytest.raises(ValueError, match="outside the box"):
+        simulate(**SI, state=State(0.0, 0.0, 0.06, 0.0), **RUN)
+    on_the_wall = simulate(**SI, state=State(0.31, 0.0, 0.31 + 0.05, 0.0), **RUN)
+    assert on_the_wall.status == 0
+
+
 # --- refusals
 
 
@@ -326,3 +345,54 @@ def test_any_numbers_give_a_damper_or_a_refusal(
     for size in (units.length, units.time, units.speed, units.energy):
         assert 0.0 < size < math.inf
     assert damper.dimensionless.clearance > 0.0
+
+
+# --- study files
+
+
+STUDY = """\
+title: SI
+source: ours
+parameters:
+  primary_mass: 2
+  damping: 4
+  force_amplitude: 10
+  forcing_frequency: 11
+  free_mass: 0.2
+  restitution: 0.5
+axes:
+  stiffness: {values: [100, 200]}
+  gap: {start: 0.05, stop: 0.1, num: 2, fan: true}
+transient: 2
+periods: 3
+observers:
+  impacts:
+"""
+
+
+def test_study_in_si(tmp_path: Path) -> None:
+    study = load(tmp_path, STUDY)
+    assert study.fixed == {**{name: SI[name] for name in study.parameters}, "phase": 0.0}
+    assert study.slices() == [{"gap": 0.05}, {"gap": 0.1}]
+    assert study.slice_path({"gap": 0.05}) == "gap~0.05"
+    assert load(tmp_path, study.to_yaml()) == study
+    assert load(tmp_path, study.to_yaml()).to_yaml() == study.to_yaml()
+
+
+#: What is in its place, and what is said.
+MISTAKES = {
+    "  damping: 4\n": ("", "'damping' is not given", "damping >= 0 in N s/m, under"),
+    "primary_mass: 2": ("M: 2", "unknown parameter 'M'", "mean 'primary_mass'?"),
+    "stiffness: {": ("K: {", "unknown axis 'K'", "did you mean 'stiffness'?"),
+    "amplitude: 10": ("amplitude: -1", "out of range (value: -1)", "number, force_amplitude >= 0"),
+    "[100, 200]": ("[100, 0]", "stiffness.values[1]", "number in N/m, stiffness > 0"),
+    "damping: 4": ("damping_ratio: 0.1", "(SI units) and damping_ratio (dimensionless) are mixed"),
+}
+
+
+@pytest.mark.parametrize("old", MISTAKES, ids=str.strip)
+def test_mistake_in_a_study_in_si(tmp_path: Path, old: str) -> None:
+    new, *parts = MISTAKES[old]
+    message = blame(tmp_path, STUDY.replace(old, new))
+    assert message.startswith("1 error ")
+    assert [part for part in parts if part not in message] == []

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,9 @@ import numpy as np
 import pytest
 from new_process import modules_after
 
+from damper.sweep.grid import product
 from damper.sweep.parts import DamagedPartError, PartData, read_part, write_part
+from damper.sweep.runs import run_points
 from damper.sweep.slices import simulate_slice
 
 FIXED = {
@@ -39,6 +42,18 @@ def assert_equal(a: PartData, b: PartData) -> None:
     for name, array in a.arrays.items():
         assert array.dtype == b.arrays[name].dtype
         np.testing.assert_array_equal(array, b.arrays[name])
+
+
+def test_slice_holds_the_runs_of_its_axes() -> None:
+    axes = {"clearance": [0.05, 0.2], **AXES}
+    part = simulate_slice(FIXED, axes, **RUN)
+    arrays, made = run_points(product(axes, FIXED), **RUN)
+    variables = [asdict(variable) for observer in made for variable in observer.variables]
+    assert part.arrays["displacement"].shape == (6, 5)
+    about = {"variables": variables, "coordinates": {"threshold": [0.1, 0.01]}}
+    assert_equal(part, PartData(arrays, about | {"branches": {}, "labels": {}}))
+    single = simulate_slice({**FIXED, "clearance": 0.2, "restitution": 0.5}, {}, **RUN)
+    np.testing.assert_array_equal(single.arrays["velocity"], part.arrays["velocity"][[4]])
 
 
 def test_a_changed_byte_is_noticed(tmp_path: Path) -> None:

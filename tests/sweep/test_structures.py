@@ -110,8 +110,6 @@ def test_sequences_make_dimensions():
     assert cube.gap_0.units == "m"
     with pytest.raises(ValueError, match=r"on a structure.*damper\.run\(parameters\.having"):
         cube.damper.run(gap_0=0.06)
-    with pytest.raises(ValueError, match="gap_0: too many points, at most 10000"):
-        damper.simulate(on(), gap_0=np.linspace(0.01, 0.1, 10_001))
     alone = damper.run(on(BALL | {"gap": 0.06}, forcing_frequency="1.5 Hz"), until=1 / 1.5)
     there = cube.isel(forcing_frequency=1, gap_0=1)
     assert there.peak_displacement.values == pytest.approx(alone.results.peak_displacement.values)
@@ -183,18 +181,36 @@ TWO = [{"box": "tip", "free_mass": 0.1, "gap": 0.04}, TIED]
 
 
 def test_a_decay_is_that_of_each_box_and_its_energy_that_of_all():
-    """The largest peak is that of the box; energies are those of the modes."""
+    """Peaks and times by dense samples of the boxes, energies by those of the modes."""
     p = damper.SIParameters(structure=THREE, masses=TWO, forcing="none", restitution=0.5)
     start = damper.State([0.1, 0.02, 0.0], [0.0] * 3, [0.11, 0.02], [0.0, 0.0])
     observers = {"decay": {"half_cycles": 60, "parts": [0.8, 0.3]}}
     cube = damper.simulate(p, state=start, transient=0, periods=4, observers=observers)
-    results = damper.run(p, 4.0, start).results
-    peaks = results.peak_displacement.sel(point=["tip", "deck"]).values
-    assert np.nanmax(cube.peak_amplitude.values, axis=1) == pytest.approx(peaks, rel=1e-7)
+    run = damper.run(p, 4.0, start, samples_per_period=400)
+    time, moved = run.motion.time.values, run.motion.displacement
+    for body, place in enumerate(("tip", "deck")):
+        x, own = moved.sel(point=place).values, cube.sel(body=body)
+        halves = np.split(np.arange(len(x)), np.flatnonzero(np.diff(np.sign(x))) + 1)[:-1]
+        tops = np.array([half[np.argmax(abs(x[half]))] for half in halves])
+        count = own.half_cycles.item()
+        assert count - len(tops) in (0, 1)
+        assert own.peak_time.values[: len(tops)] == pytest.approx(time[tops], abs=2e-3)
+        peaks = abs(x[tops])
+        assert own.peak_amplitude.values[: len(tops)] == pytest.approx(peaks, rel=1e-3, abs=1e-5)
+        for part, fall in zip((0.8, 0.3), own.fall_time.values, strict=True):
+            last = np.flatnonzero(peaks > part * peaks[0])[-1]
+            if last == len(peaks) - 1:
+                assert math.isnan(fall)
+                continue
+            logs = np.log(peaks[last : last + 2] / (part * peaks[0]))
+            share = logs[0] / (logs[0] - logs[1])
+            wanted = time[tops[last]] + share * (time[tops[last + 1]] - time[tops[last]])
+            assert fall == pytest.approx(wanted - time[tops[0]], abs=1e-2)
     assert np.isfinite(cube.fall_time.values).any()
     energy = 0.5 * np.array([0.1, 0.02]) ** 2 @ (2.0 * math.pi * np.array([1.0, 2.7])) ** 2
     energy += 0.5 * 3.0 * (0.02 - (0.4 * 0.1 - 0.9 * 0.02)) ** 2
     assert cube.energy_at_start.item() == pytest.approx(energy, rel=1e-13)
+    results = run.results
     assert cube.energy_to_impacts.values == pytest.approx(4 * results.impact_power.values)
     lost = 4 * (results.mode_power.sum() + results.tie_power.sum())
     assert cube.energy_to_dashpot.item() == pytest.approx(lost.item(), rel=1e-12)
@@ -251,6 +267,27 @@ def test_statistics_are_those_of_the_structure_and_of_each_mass():
     # other mass sticks.
     taken = 0.75 * cube.mean_approach_energy * cube.impact_rate
     assert cube.mean_impact_loss.values == pytest.approx(taken.values, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"observers": ["impacts"]}, "observers is not known on a structure"),
+        ({"observers": {"segments": {"at": {"gap_0": 1}}}}, "segments.at: on a structure every"),
+        ({"observers": {"trajectory": {"drive": True}}}, "trajectory.drive does not know"),
+        ({"draws": {"count": 2}}, "draws is not known on a structure"),
+        ({"gapp_0": [0.1, 0.2]}, r"unknown quantity .* 'gapp_0' \(did you mean 'gap_0'\?\)"),
+        ({"gap_1": [0.1, 0.2]}, "gap_1 is of mass 1, and masses has 1"),
+        ({"gap_0": [0.1, -0.2]}, "gap = -0.2"),
+        ({"gap_0": [0.1, 0.1]}, "gap_0: 0.1 is given 2 times"),
+        ({"gap_0": []}, "gap_0: must be a number or a non-empty"),
+        ({"gap_0": np.linspace(0.01, 0.1, 10_001)}, "gap_0: too many points, at most 10000"),
+        ({"periods": 0}, "periods = 0"),
+    ],
+)
+def test_mistakes_in_a_grid_are_named(given, message):
+    with pytest.raises((ValueError, TypeError), match=message):
+        damper.simulate(on(), **given)
 
 
 def test_a_run_that_stops_early_says_so():

@@ -20,6 +20,20 @@ MAP = {"kind": "map", "x": "clearance", "y": "restitution", "theory": "small_mas
 LINE = {"kind": "bifurcation", "along": "clearance", "rows": "restitution"}
 
 
+def test_good_ones(tmp_path: Path) -> None:
+    figures = {
+        "a": MAP | {"variable": "complete_fraction"},
+        "b": MAP | {"variable": "chatter", "x": "restitution", "y": "clearance"},
+        "c": LINE | {"theory": "two_impacts"},
+    }
+    tables = {"a": {"kind": "two_impacts", "along": "clearance"}}
+    study = load(tmp_path, GOOD | {"figures": figures, "tables": tables})
+    drawn = {path: settings for path, (_, settings) in study.files("figures").items()}
+    assert drawn["figures/a"]["theory"] == "small_mass_limit"
+    assert drawn["figures/c"]["theory"] == "two_impacts"
+    assert study.tables["a"].resolution == 1e-3
+
+
 STUDY = Path(__file__).parents[1] / "study"
 MISTAKES = yaml.safe_load((STUDY / "mistakes.yaml").read_text())["closed forms"]
 
