@@ -134,12 +134,3 @@ def test_shading_lies_where_it_chatters_and_sticks(
     assert start < first.onset < first.release < stop
     kind = "complete" if first.complete else "incomplete"
     assert shades(right[0])[kind] == [(first.onset, first.end)]
-
-
-def test_nearest_burst_of_chatter_is_chosen(incomplete: xr.Dataset) -> None:
-    bursts = [burst for burst in listed_bursts(incomplete) if burst.chatter]
-    assert len(bursts) > 3
-    for burst in bursts[2:4]:
-        figure = draw(incomplete, near=burst.onset + 0.3)
-        assert annotations(figure)["onset"] == pytest.approx(burst.onset, abs=6e-4)
-    assert annotations(draw(incomplete))["onset"] == pytest.approx(bursts[0].onset, abs=6e-4)

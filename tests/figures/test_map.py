@@ -210,15 +210,6 @@ def several(**arrays: Any) -> xr.Dataset:
     return made_up(AXES, {"draw": [0, 1, 2]}, **arrays)
 
 
-def test_the_worst_of_several_runs() -> None:
-    cube = several(rms_ratio=DRAWN)
-    figure = the_map(cube, "rms_ratio", worst=["draw"], best="min")
-    alone = the_map(made_up(AXES, rms_ratio=DRAWN.max(axis=-1)), "rms_ratio", best="min")
-    np.testing.assert_array_equal(colours(figure.axes[0]), colours(alone.axes[0]))
-    assert marks(figure.axes[0]) == marks(alone.axes[0])
-    assert figure.get_suptitle().endswith("worst of 3 draws")
-
-
 def test_the_share_of_several_runs() -> None:
     figure = the_map(several(rms_ratio=DRAWN), "rms_ratio", share=["draw"], above=1)
     cells = mesh(figure.axes[0]).get_array()

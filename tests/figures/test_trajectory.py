@@ -85,11 +85,6 @@ def test_a_part_reaches_both_edges(cube: xr.Dataset, start: float, stop: float |
     assert time[-3] <= end
 
 
-def test_start_beyond_the_end_is_refused(cube: xr.Dataset) -> None:
-    with pytest.raises(ValueError, match=r"start = 5: .* ends 3 cycles"):
-        drawn("trajectory", cube, start=5.0)
-
-
 def test_events_that_did_not_fit_are_told() -> None:
     few = simulated(observers={"trajectory": {"events": 3}})
     left_out = int(few.trajectory_events_left_out)
