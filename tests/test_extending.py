@@ -22,6 +22,7 @@ BLOCKS = re.findall(r"```python\n(.*?)```", EXTENDING, re.DOTALL)
 OBSERVER, OBSERVED, FIGURE, TABLE, RUN_SETTING, LAW, QUANTITY, SI_QUANTITY, WITH_LAW = BLOCKS[:9]
 OFFSET, SI_OFFSET, PULL, FORCE, BOX, WITH_FORCE, STUDY_SETTINGS, STUDY_JOBS = BLOCKS[9:]
 (FIGURES,) = re.findall(r"```yaml\n(.*?)```", EXTENDING, re.DOTALL)
+(STATEMENT,) = re.findall(r"(?m)^    Statement\((?:\n    .*)+\n    \),\n", EXTENDING)
 
 
 def insert(path: Path, before: str, block: str) -> None:
@@ -60,6 +61,7 @@ def copy(tmp_path_factory):
     )
     before = "\n\n@dataclass(frozen=True, kw_only=True)\nclass EngineSettings"
     insert(package / "parameters/run.py", before, RUN_SETTING)
+    insert(package / "papers/paper_b.py", '    Statement(\n        "B6",', STATEMENT)
     insert(package / "sweep/runs.py", ", time, length)", " + settings.pause")
     return folder
 
@@ -92,19 +94,6 @@ print(json.dumps([single.right_share.item(), (sides > 0).mean(), single.status.i
     assert 0.0 < observed < 1.0
 
 
-def test_all_are_in_reference_and_schema(copy):
-    code = """
-from damper.study.reference import files
-made = files()
-reference, schema = made["docs/reference.md"], made["config/schema/study.schema.json"]
-for text in ("`right_share`", "`observers.wall_share.above`", "| `figures.<file>.bins` |",
-             "### kind: extremes"):
-    assert text in reference, text
-assert '"const": "histogram"' in schema
-"""
-    run(copy, code)
-
-
 STUDY = f"""
 title: All clearances
 source: docs/extending.md
@@ -125,7 +114,10 @@ tables:
 
 
 def test_a_study_asks_for_all_and_its_mistakes_are_named(copy, tmp_path):
-    """An observer, a kind of figure and one of table are a file each, a key of every run is two."""
+    """An observer, a kind of figure and one of table are a file each, a key of every run is two.
+
+    All are in the reference and the schema.
+    """
     study = tmp_path / "all.yaml"
     study.write_text(STUDY)
     code = f"""
@@ -134,7 +126,14 @@ from pathlib import Path
 import damper
 from damper.figures import draw
 from damper.study.config import ConfigError, load_study
+from damper.study.reference import files
 from damper.tables import make
+made = files()
+reference, schema = made["docs/reference.md"], made["config/schema/study.schema.json"]
+for text in ("`right_share`", "`observers.wall_share.above`", "| `figures.<file>.bins` |",
+             "### kind: extremes", "`B7`"):
+    assert text in reference, text
+assert '"const": "histogram"' in schema
 path = Path({str(study)!r})
 study = load_study(path)
 light = "matplotlib" not in sys.modules and "xarray" not in sys.modules
@@ -240,6 +239,26 @@ print(json.dumps(alike))
     count, same, count_of_two, same_of_two, scaled, balanced = json.loads(last)
     assert min(count, count_of_two) > 20
     assert [same, same_of_two, scaled, balanced] == [True] * 4
+
+
+def test_one_entry_makes_a_statement_and_its_score(copy):
+    code = """
+import xarray as xr
+from damper.papers.statements import STATEMENTS
+from damper.papers.tables.scores import scores_of
+from damper.papers.verdicts import judge, table
+chatter = ("clearance", "restitution"), [[2, 0], [2, 2]]
+cube = xr.Dataset({"chatter": chatter}, {"clearance": [0.1, 0.2], "restitution": [0.9, 1.0]})
+found = [one for one in judge({"restitution": cube}) if one.statement.name == "B7"]
+print(table(found).markdown(), table(found).csv(), [one.name for one in STATEMENTS][-2:])
+print(scores_of(cube, ["B7"])["B7"].values.tolist())
+"""
+    printed = run(copy, code)
+    assert "## B7: without losses at impacts no chatter completes" in printed
+    assert "\n- Found: complete chatter at restitution 1\n" in printed
+    assert "\n- Verdict: **does not hold**: chatter counts as complete" in printed
+    assert "\nB7,without losses" in printed
+    assert printed.endswith("['B7', 'B6']\n[1.0, 0.0]\n")
 
 
 def test_kind_of_study_needs_no_rule(copy, tmp_path):
