@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 from cases import thinned
-from event_pairs import assert_as_in_digits, length_of
+from event_pairs import assert_as_in_digits, largest_error, length_of, pairs_of, rows_of_engine
 from scenes import CASES, QUIET, SEVERAL, scene_of
 
 from damper import Parameters, State
@@ -234,3 +234,93 @@ def test_scenes(name: str) -> None:
     values, state, end, error = SCENES[name]
     until = length_of(values, state, end) if isinstance(end, int) else end
     assert len(assert_as_in_digits(values, state, until, error, digits=25)) >= 3
+
+
+# --- rules of several masses, and of friction
+
+
+def swinging(*masses: dict[str, float], clearance: float = 1.0, **more: float) -> dict[str, Any]:
+    """Masses on a primary that nothing drives or damps; one that is alone is not listed."""
+    values = of(0.1, 0.0, 1.0, clearance, 0.5, force_amplitude=0.0) | more
+    return values | ({"masses": masses} if len(masses) > 1 else masses[0])
+
+
+#: Name -> values, start, end, largest error, and what happens: to which mass, at which wall. A `=`
+#: is between events of one instant, a full stop at the last event.
+RULES: dict[str, tuple[dict[str, Any], tuple[Any, ...], float, float, str]] = {
+    "masses that arrive together hit together": (
+        swinging({}, {"mass_ratio": 0.3, "restitution": 0.2}),
+        (0.0, 0.0, [0.0, -1.0], [1.0, 2.0]), 1.5, 1e-15, "impact 0 right = impact 1 right",
+    ),
+    "masses that hit opposite walls together balance": (
+        swinging({}, {}),
+        (0.0, 0.0, [0.0, 0.0], [1.0, -1.0]), 1.5, 1e-15, "impact 0 right = impact 1 left.",
+    ),
+    # It arrives at the same instant, and is not hit: complementarity gives it no impulse.
+    "a slow mass loses the wall that a hard impact takes away": (
+        swinging({"mass_ratio": 1.0}, {}),
+        (0.0, 0.0, [0.0, 1.0 - 1e-3], [10.0, 1e-2]), 0.2, 1e-15, "impact 0 right",
+    ),
+    "a mass that is stuck on the same wall is kicked off": (
+        swinging({}, {}),
+        (0.5, 0.0, [1.5, 0.5], [0.0, 30.0]), 0.8, 1e-15,
+        "stick 0 right, impact 1 right = release 0 right",
+    ),
+    "a mass that is stuck on the opposite wall stays and adds its mass": (
+        swinging({"mass_ratio": 0.5}, {}),
+        (0.5, 0.0, [1.5, 0.5], [0.0, -30.0]), 0.06, 1e-15, "stick 0 right, impact 1 left.",
+    ),
+    "masses that are stuck on one wall are released at one instant, and land at one": (
+        swinging({}, {"mass_ratio": 0.02}),
+        (0.5, 0.0, [1.5, 1.5], [0.0, 0.0]), 6.0, 1e-14,
+        "stick 0 right = stick 1 right, release 0 right = release 1 right, "
+        "impact 0 left = impact 1 left",
+    ),
+    "speeds of bounces against friction fall, and it comes to rest on the wall": (
+        swinging({"friction": 0.6}, mass_ratio=1e-6, restitution=0.7),
+        (1.0, 0.0, 2.0, 1e-3 / 0.7), 0.1, 1e-13,
+        "impact 0 right, reversal 0, impact 0 right, reversal 0",
+    ),
+    "friction gives way where the common acceleration reaches it": (
+        swinging({"friction": 0.2, "mass_ratio": 0.5}),
+        (0.0, 0.5, 0.0, 0.5), 3.0, 1e-13, "rest 0, slip 0",
+    ),
+    "the weaker friction gives way first": (
+        swinging({"friction": 0.2}, {"friction": 0.5, "mass_ratio": 0.4}, clearance=5.0),
+        (0.0, 0.5, [0.0, 1.0], [0.5, 0.5]), 2.0, 1e-15, "rest 0 = rest 1, slip 0.",
+    ),
+    "an impact moves the box under a mass that rests": (
+        swinging({"friction": 0.5, "clearance": 5.0}, {"mass_ratio": 0.3}),
+        (0.0, 0.0, [2.0, 0.0], [0.0, 1.0]), 1.1, 1e-15, "rest 0, impact 1 right = slip 0.",
+    ),
+    # It pushes the primary no more: x'' jumps from about 0 to what is beyond the other's hold.
+    "a mass that stops lets another one break away": (
+        swinging({"friction": 1.0, "mass_ratio": 1.0}, {"friction": 0.2}, clearance=5.0),
+        (1.0, 0.0, [1.0, 1.0], [0.5, 0.0]), 0.6, 1e-15, "rest 1, rest 0 = slip 1.",
+    ),
+    "a wall holds one of two alike that friction does not hold": (
+        swinging({}, {}, friction=0.2),
+        (-0.5, 0.0, [-1.5, -0.5], [0.0, 0.0]), 2.4, 1e-14, "stick 0 left",
+    ),
+    "a mass without friction never slides": (
+        of(0.1, 0.05, 1.0, 1.0, 0.8, masses=[{"gravity": 0.2}, {"friction": 0.3}]),
+        (0.0, 0.0, [1.0, 0.0], [0.0, 0.1]), 5.0, 2e-15, "rest 1, slip 1, reversal 1",
+    ),
+    # On the brink for good: with the primary where it hangs, nothing ever happens.
+    "weight and friction that are equal hold": (
+        swinging({"friction": 0.25}, {"friction": 0.5}, clearance=5.0, gravity=0.25),
+        (-0.05, 0.0, [0.0, 1.0], [0.0, 0.0]), 50.0, 1e-15, "rest 0 = rest 1.",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", RULES)
+def test_rules(name: str) -> None:
+    values, state, until, error, told = RULES[name]
+    assert largest_error(pairs_of(values, state, until, digits=25)) < error
+    walls, found, before = {1: " right", -1: " left", 0: ""}, "", -1.0
+    for row in rows_of_engine(values, state, until):
+        found += " = " if row.time == before else ", "
+        found += f"{row.kind} {row.body}{walls[row.side]}"
+        before = row.time
+    assert f"{found}.".removeprefix(", ").startswith(told)

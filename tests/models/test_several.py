@@ -1,6 +1,5 @@
 """Several free masses on one primary: each rule in a scene of its own."""
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +10,7 @@ from project_copy import small_study
 from scenes import GENERIC, QUIET
 
 from damper import Parameters, State, equal_masses, events, periodic_orbit
-from damper.engine.model import read_segment
-from damper.engine.segment import V_BEFORE, V
 from damper.models import start_run
-from damper.models.many import MODE
 from damper.models.tangent import derivative
 from damper.observers.common.limits import mean_within
 from damper.study.config import ConfigError, load_study
@@ -34,58 +30,6 @@ def told(table: np.ndarray) -> list[tuple[int, int, int]]:
 
 
 # --- rules of simultaneous contacts
-
-
-def test_masses_that_arrive_together_hit_together() -> None:
-    """On one wall: dv = sum s mu (1 + r) w / (1 + sum mu), each rebounds with r w."""
-    p = damper_of({}, {"mass_ratio": 0.3, "restitution": 0.2})
-    table = events(p, State(0.0, 0.0, [0.0, -1.0], [1.0, 2.0]), until=1.5)
-    assert told(table[:2]) == [(0, 0, 1), (0, 1, 1)]
-    assert table["time"][:2] == pytest.approx(1.0, abs=1e-15)
-    assert table["v"][:2] == pytest.approx((0.1 * 1.5 + 0.3 * 1.2 * 2) / 1.4, abs=1e-15)
-
-
-def test_masses_that_hit_opposite_walls_together_balance() -> None:
-    table = events(damper_of({}, {}), State(0.0, 0.0, [0.0, 0.0], [1.0, -1.0]), until=1.5)
-    assert told(table) == [(0, 0, 1), (0, 1, -1)]
-    assert table["v"] == pytest.approx(0.0, abs=1e-15)
-
-
-def test_a_slow_mass_loses_the_wall_that_a_hard_impact_takes_away() -> None:
-    """It arrives at the same instant, and is not hit: complementarity gives it no impulse."""
-    p = damper_of({"mass_ratio": 1.0}, {})
-    start = State(0.0, 0.0, [0.0, 1.0 - 1e-3], [10.0, 1e-2])
-    table = events(p, start, until=0.2)
-    assert told(table[:1]) == [(0, 0, 1)]
-    assert table["v"][0] == pytest.approx(7.5, abs=1e-12)  # 1 (1 + .5) 10 / 2
-
-
-def test_a_mass_that_is_stuck_on_the_same_wall_is_kicked_off() -> None:
-    p = damper_of({}, {}, gravity=0.0)
-    table = events(p, State(0.5, 0.0, [1.5, 0.5], [0.0, 30.0]), until=0.08)
-    assert told(table[:3]) == [(1, 0, 1), (0, 1, 1), (2, 0, 1)]
-    assert table["time"][1] == table["time"][2]
-    # Alone, without the mass that it kicks: dv = mu (1 + r) w / (1 + mu).
-    hit = table[1]
-    run = start_run(p, State(0.5, 0.0, [1.5, 0.5], [0.0, 30.0]))
-    [log] = run.segments(*run.whole_periods(0.08))
-    gained = log[1][V] - log[1][V_BEFORE]
-    assert gained == pytest.approx(0.1 * 1.5 * float(hit["approach_speed"]) / 1.1, rel=1e-14)
-    kicked = read_segment(run.model, log[2])
-    assert kicked.gap_rate == pytest.approx(gained, rel=1e-14)
-    assert kicked.v == log[1][V]
-
-
-def test_a_mass_that_is_stuck_on_the_opposite_wall_stays_and_adds_its_mass() -> None:
-    p = damper_of({"mass_ratio": 0.5}, {})
-    table = events(p, State(0.5, 0.0, [1.5, 0.5], [0.0, -30.0]), until=0.06)
-    assert told(table) == [(1, 0, 1), (0, 1, -1)]
-    run = start_run(p, State(0.5, 0.0, [1.5, 0.5], [0.0, -30.0]))
-    [log] = run.segments(*run.whole_periods(0.06))
-    gained = log[-1][V] - log[-1][V_BEFORE]
-    speed = float(table["approach_speed"][1])
-    assert gained == pytest.approx(-0.1 * 1.5 * speed / 1.6, rel=1e-14)
-    assert read_segment(run.model, log[-1]).bodies[0, MODE] == 2.0
 
 
 @pytest.mark.parametrize("order", [1, -1])
@@ -117,16 +61,6 @@ def test_a_deviation_parts_a_mass_that_only_touches_a_wall_from_the_impact() -> 
     run = start_run(p, State(0.0, 0.0, [-1.0, 1.0], [-0.5, 0.0]))
     with pytest.raises(ValueError, match="no derivative"):
         derivative(run, *run.whole_periods(0.3))
-
-
-def test_masses_that_are_stuck_on_one_wall_are_released_at_one_instant() -> None:
-    """And as they part together, they land together."""
-    p = damper_of({}, {"mass_ratio": 0.02, "clearance": 1.0})
-    table = events(p, State(0.5, 0.0, [1.5, 1.5], [0.0, 0.0]), until=8.0)
-    assert told(table[:6]) == [(k, b, 1) for k in (1, 2) for b in (0, 1)] + [(0, 0, -1), (0, 1, -1)]
-    # Joined they are an oscillator of mass 1.12, which has no acceleration a quarter period on.
-    assert table["time"][2:4] == pytest.approx(math.pi / 2 * math.sqrt(1.12), abs=1e-14)
-    assert table["time"][4] == table["time"][5]
 
 
 def test_masses_that_chatter_on_one_wall_come_to_rest_at_one_instant() -> None:

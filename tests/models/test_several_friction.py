@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from damper import Base, Parameters, SIParameters, State, events, simulate
 from damper.engine.model import read_segment
-from damper.engine.segment import IMPACT, RESTING, STICKING, TAIL
+from damper.engine.segment import IMPACT, TAIL
 from damper.models import start_run
 from damper.models.many import MODE
 from damper.models.response import integrate_segment, prepare_tables, stored_energy
@@ -35,62 +35,6 @@ def told(table: np.ndarray) -> list[tuple[int, int, int]]:
 
 
 # --- rules
-
-
-def test_one_breaks_away_while_another_stays() -> None:
-    """All three swing as one from x = 0 on; the weaker friction gives way first."""
-    p = damper_of({"friction": 0.2}, {"friction": 0.5, "mass_ratio": 0.4})
-    omega = 1.0 / math.sqrt(1.5)
-    table = events(p, State(0.0, 0.5, [0.0, 1.0], [0.5, 0.5]), until=2.0)
-    assert told(table) == [(REST, 0, 0), (REST, 1, 0), (SLIP, 0, 0)]
-    assert table["time"][2] == pytest.approx(math.asin(0.2 / (0.5 * omega)) / omega, rel=1e-13)
-    [log] = _log(p, State(0.0, 0.5, [0.0, 1.0], [0.5, 0.5]), 2.0)
-    assert log[-1].bodies[:, MODE].tolist() == [0.0, RESTING]
-
-
-def test_an_impact_moves_a_mass_that_rests() -> None:
-    """Friction gives no impulse: the box moves, and the mass goes on as it was."""
-    p = damper_of({"friction": 0.5}, {"friction": 0.0, "mass_ratio": 0.3, "clearance": 1.0})
-    table = events(p, State(0.0, 0.0, [2.0, 0.0], [0.0, 1.0]), until=1.1)
-    assert told(table) == [(REST, 0, 0), (0, 1, 1), (SLIP, 0, 0)]
-    assert table["time"][1] == table["time"][2] == pytest.approx(1.0, abs=1e-15)
-    assert table["v"][1:] == pytest.approx(0.3 * 1.5 / 1.3, abs=1e-15)
-
-
-def test_a_mass_that_stops_lets_another_one_break_away() -> None:
-    """It pushes the primary no more: x'' jumps from about 0 to what is beyond the other's hold."""
-    p = damper_of({"friction": 1.0, "mass_ratio": 1.0}, {"friction": 0.2})
-    table = events(p, State(1.0, 0.0, [1.0, 1.0], [0.5, 0.0]), until=0.6)
-    assert told(table) == [(REST, 1, 0), (REST, 0, 0), (SLIP, 1, 0)]
-    assert table["time"][1] == table["time"][2]
-
-
-def test_a_mass_that_rests_on_a_wall_and_one_off_it() -> None:
-    """Of one mass and one friction: the wall holds the first one as long as it presses."""
-    p = damper_of({"friction": 0.2}, {"friction": 0.2}, clearance=1.0)
-    table = events(p, State(-0.6, 0.0, [-1.6, -0.6], [0.0, 0.0]), until=2.4)
-    # At x = -0.6 the left wall pushes one to the right, and friction does not hold the other.
-    assert told(table)[:1] == [(STICK, 0, -1)]
-    released = table[(table["kind"] == RELEASE) & (table["body"] == 0)]
-    [log] = _log(p, State(-0.6, 0.0, [-1.6, -0.6], [0.0, 0.0]), float(released["time"][0]))
-    assert log[-2].bodies[0, MODE] == STICKING
-    assert log[0].bodies[1, MODE] == 0.0
-
-
-def test_a_mass_without_friction_never_slides() -> None:
-    """It falls off its wall at the start: that is no reversal, whatever the other mass does."""
-    p = Parameters(0.1, 0.05, 1.0, 1.0, 0.8, masses=[{"gravity": 0.2}, {"friction": 0.3}])
-    table = events(p, State(0.0, 0.0, [1.0, 0.0], [0.0, 0.1]), until=5.0)
-    assert set(table["kind"][table["body"] == 1]) == {IMPACT, REST, SLIP, REVERSAL}
-    assert set(table["kind"][table["body"] == 0]) == {IMPACT}
-
-
-def test_weight_and_friction_that_are_equal_hold() -> None:
-    """On the brink for good: with the primary where it hangs, nothing ever happens."""
-    p = damper_of({"friction": 0.25}, {"friction": 0.5}, gravity=0.25)
-    hangs = -0.25 * 0.2
-    table = events(p, State(hangs, 0.0, [0.0, 1.0], [0.0, 0.0]), until=50.0)
-    assert told(table) == [(REST, 0, 0), (REST, 1, 0)]
 
 
 def test_the_balance_is_the_only_root() -> None:

@@ -1,6 +1,5 @@
 """Dry friction between free mass and box, against many digits and closed forms."""
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -40,27 +39,6 @@ def test_a_plastic_impact_that_friction_holds_is_one() -> None:
     start = State(1.0, 0.0, 2.0, 0.5)
     cube = simulate(p, state=start, transient=0, periods=1, observers=["impacts", "bursts"])
     assert (cube.impacts_per_period, cube.max_approach_speed) == (1.0, 0.5)
-
-
-def test_remaining_time_and_ratio_of_bounces() -> None:
-    """Friction below what presses: speeds fall by q, in the time of the closed form."""
-    a_f, r, w = 0.6, 0.7, 1e-3
-    p = Parameters(mass_ratio=1e-6, restitution=r, friction=a_f, **SWING)
-    found = events(p, State(1.0, 0.0, 2.0, w / r), until=0.1)
-    speeds = found["approach_speed"][found["kind"] == IMPACT]
-    q = r * math.sqrt((1.0 - a_f) / (1.0 + a_f))
-    assert speeds[2] / speeds[1] == pytest.approx(q, rel=1e-4)
-    left = w * (1.0 / (1.0 + a_f) + 1.0 / math.sqrt(1.0 - a_f**2)) / (1.0 - q)
-    assert found["time"][found["kind"] == STICK] == pytest.approx(left, rel=1e-4)
-
-
-def test_breaks_away_where_the_common_acceleration_reaches_friction() -> None:
-    """Free decay's mirror: both swing as one, x'' = -x / (1 + mu), from x = 0 on."""
-    p = Parameters(mass_ratio=0.5, restitution=0.5, friction=0.2, **SWING)
-    omega = 1.0 / math.sqrt(1.5)
-    found = events(p, State(0.0, 0.5, 0.0, 0.5), until=3.0)
-    assert found["kind"][:2].tolist() == [REST, SLIP]
-    assert found["time"][1] == pytest.approx(math.asin(0.2 / (0.5 * omega)) / omega, rel=1e-12)
 
 
 @pytest.mark.parametrize("u", [0.0, 0.3, -0.4])
