@@ -1,19 +1,15 @@
 """Several free masses on one primary: each rule in a scene of its own."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import yaml
-from project_copy import small_study
 from scenes import GENERIC, QUIET
 
 from damper import Parameters, State, equal_masses, events, periodic_orbit
 from damper.models import start_run
 from damper.models.tangent import derivative
 from damper.observers.common.limits import mean_within
-from damper.study.config import ConfigError, load_study
 from damper.theory.two_impacts import orbits
 from damper.verification.reference import exact_run
 
@@ -237,17 +233,3 @@ def test_a_start_has_a_value_for_each() -> None:
     far = GENERIC["clearance"] * 1.5
     with pytest.raises(ValueError, match=r"^state: .y\[1\] - x. = .* is outside the box"):
         events(p, State(0.0, 0.0, [0.0, far], 0.0), until=1.0)
-
-
-def test_studies_refuse_what_knows_one_mass(tmp_path: Path) -> None:
-    study = small_study()
-    study["masses"] = {"count": 3}
-    study["observers"] = {"bursts": {}, "stroboscopic_section": {"free_mass": True}}
-    study["figures"] = study["tables"] = {}
-    path = tmp_path / "study.yaml"
-    path.write_text(yaml.safe_dump(study))
-    with pytest.raises(ConfigError) as error:
-        load_study(path)
-    for name in ("bursts", "stroboscopic_section"):
-        words = f"observers.{name}\n    {name} observes free masses by their numbers"
-        assert words in str(error.value)

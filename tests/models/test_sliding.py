@@ -1,11 +1,7 @@
 """Dry friction between free mass and box, against many digits and closed forms."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from project_copy import small_study
-from studies import blame
 
 from damper import Parameters, State, events, simulate
 from damper.engine.segment import CAUSE, GAP, NOTHING
@@ -63,11 +59,3 @@ def test_no_derivative_where_it_stops_at_the_very_wall() -> None:
     arc = Arc(p, start, wall, start, wall, np.eye(4), np.concatenate(pieces), run)
     with pytest.raises(ValueError, match=message):
         arc.change_by(neighbours(p, {"friction": 1.0}), start)
-
-
-def test_studies_refuse_what_does_not_know_friction(tmp_path: Path) -> None:
-    study = small_study()
-    study["parameters"]["friction"] = 0.1
-    study["observers"] |= {"accumulation": {}}
-    message = blame(tmp_path, study)
-    assert "observers.accumulation\n    accumulation does not know dry friction" in message
