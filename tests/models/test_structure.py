@@ -1,19 +1,15 @@
 """Free masses in boxes of a structure, against references that share no formula with the engine."""
 
 import math
-import random
-from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
-from scenes import SLOW, coupled_structure
+from scenes import FORCES, SLOW, coupled_structure, scene_of
 
 from damper import Parameters, SIParameters, State, Structure, events
-from damper.engine.model import read_segment
-from damper.engine.segment import CAUSE, DURATION, MODE, PERIODS, TAIL, TIME
-from damper.models import start_run
-from damper.parameters.forcing import Base, Forcing, Harmonic, Harmonics, NoForce, Record
+from damper.parameters.forcing import NoForce, Record
 from damper.verification.structures import exact_run
 
 #: The same structures by modes and by matrices: light damping, a rigid-body mode, close modes.
@@ -23,6 +19,8 @@ BEAM = Structure.from_modes(
     {"a": [1.0, 0.6, -0.3], "b": [0.4, -0.9, 0.7], "force": [1.0, 0.3, 0.5], "base": [1, 0.4, 0.2]},
 )
 RECORD = Record([0.0, 1.0, 2.5, 4.0, 8.0, 12.0, 20.0], [0.0, 1.0, -0.7, 0.3, -1.0, 0.5, 0.0])
+HEAVY = {"box": "b", "free_mass": 0.3, "gap": 0.6, "restitution": 0.3}
+TIES = {"tie_stiffness": 0.05, "tie_damping": 0.02}, HEAVY | {"tie_stiffness": 0.1}
 
 
 def on(structure: Structure, *masses: dict[str, Any], **given: Any) -> SIParameters:
@@ -33,8 +31,13 @@ def on(structure: Structure, *masses: dict[str, Any], **given: Any) -> SIParamet
     return SIParameters(structure=structure, masses=own, **values)
 
 
-HEAVY = {"box": "b", "free_mass": 0.3, "gap": 0.6, "restitution": 0.3}
-TIES = {"tie_stiffness": 0.05, "tie_damping": 0.02}, HEAVY | {"tie_stiffness": 0.1}
+def same(found: np.ndarray, wanted: np.ndarray, error: float = 1e-11) -> None:
+    assert len(wanted) > 4
+    assert found["kind"].tolist() == wanted["kind"].tolist()
+    for name in ("time", "approach_speed", "x", "v"):
+        assert found[name] == pytest.approx(wanted[name], abs=error), name
+
+
 #: Without a coefficient of its own, which `on` gives.
 TABLED = {"box": "a", "free_mass": 0.1, "gap": 0.8, "restitution_table": [(0.1, 0.8), (1.0, 0.3)]}
 SCENES: dict[str, tuple[SIParameters, float]] = {
@@ -95,158 +98,81 @@ def test_two_impacts_that_others_have_computed() -> None:
 # --- one mode is the damper of one primary mass
 
 
-def _drawn(seed: int, rubs: bool) -> tuple[Parameters, SIParameters, tuple[Any, ...]]:
-    rng = random.Random(seed)
-    force: Forcing = [
-        Harmonic(),
-        Base("base"),
-        RECORD,
-        Harmonics((1, 2), (1.0, 0.5), (0.0, 0.3)),
-        Record(RECORD.time, RECORD.value, of="base_acceleration"),
-        NoForce(),
-    ][seed % 6]
-    zeta, omega = rng.choice([0.0, 0.02, 0.3]), rng.choice([0.3, 0.8, 1.4])
-    gravity, amplitude = rng.choice([0.0, 0.2]), float(seed % 6 != 5)
-    masses = [
-        {
-            "mass_ratio": rng.choice([0.05, 0.3]),
-            "clearance": rng.choice([0.1, 0.5]),
-            "restitution": rng.choice([0.0, 0.3, 0.7]),
-        }
-        for _ in range(1 + seed % 2)
-    ]
-    common = {"forcing": force, "force_amplitude": amplitude, "gravity": gravity}
-    one = Parameters(
-        mass_ratio=0.1,
-        clearance=1.0,
-        restitution=0.5,
-        damping_ratio=zeta,
-        frequency_ratio=omega,
-        masses=masses,
-        **common,
-    )
-    structure = Structure(
-        mass=[[1.0]], damping=[[2.0 * zeta]], stiffness=[[1.0]], boxes={"a": [1.0]}, force=[1.0],
-        base=[1.0],
-    )  # fmt: skip
-    own = [
-        {"free_mass": m["mass_ratio"], "gap": 2 * m["clearance"], "restitution": m["restitution"]}
-        for m in masses
-    ]
-    x, v = rng.uniform(-2, 2), rng.uniform(-1, 1)
-    y = [x + rng.uniform(-1, 1) * m["clearance"] for m in masses]
-    u = [v + rng.uniform(-1, 1) for _ in masses]
-    if rubs:
-        common["transverse_acceleration"] = 1.0
-        for m, of_structure in zip(masses, own, strict=True):
-            m["friction"] = rng.choice([0.02, 0.1, 0.3, 0.8])
-            of_structure["friction_coefficient"] = m["friction"]
-        one = replace(one, masses=masses)
-    other = SIParameters(structure=structure, forcing_frequency=omega, masses=own, **common)
-    return one, other, (x, v, y, u)
-
-
-@pytest.mark.parametrize("rubs", [False, True])
-@pytest.mark.parametrize("seed", range(12))
-def test_one_mode_is_one_primary_mass(seed: int, rubs: bool) -> None:
-    """Error grows in chaotic motion: it may double with each event."""
-    one, other, (x, v, y, u) = _drawn(seed, rubs)
-    wanted = events(one, State(x, v, y, u), until=15.0)[:40]
-    found = events(other, State([x], [v], y, u), until=15.0)[:40]
-    assert [found["kind"].tolist(), found["body"].tolist()] == [
-        wanted["kind"].tolist(),
-        wanted["body"].tolist(),
-    ]
-    for name in ("time", "approach_speed", "x", "v"):
-        assert found[name] == pytest.approx(wanted[name], abs=2e-12), name
-
-
-def test_the_units_are_those_of_the_parameters() -> None:
-    """Lengths, times and masses of 1, 2 pi, ... scale the events of the damper without units."""
-    length, rate, mass = 0.02, 30.0, 5.0
-    p = Parameters(**SLOW)
+def one_mode(
+    p: Parameters, mass: float = 1.0, length: float = 1.0, rate: float = 1.0
+) -> SIParameters:
+    """The same damper as a structure of one mode, in these units; other than 1 for a harmonic."""
+    acceleration = length * rate**2
     structure = Structure(
         mass=[[mass]],
         damping=[[2.0 * p.damping_ratio * mass * rate]],
         stiffness=[[mass * rate**2]],
         boxes={"a": [1.0]},
         force=[1.0],
+        base=[1.0],
     )
-    si = SIParameters(
-        structure=structure,
-        force_amplitude=mass * rate**2 * length,
-        forcing_frequency=p.frequency_ratio * rate,
-        free_mass=p.mass_ratio * mass,
-        gap=2.0 * p.clearance * length,
-        restitution=p.restitution,
-    )
-    found, wanted = events(si, until=46.0 / rate), events(p, until=46.0)
-    assert found["kind"].tolist() == wanted["kind"].tolist()
-    assert found["time"] * rate == pytest.approx(wanted["time"], abs=1e-11)
-    assert found["v"] / (length * rate) == pytest.approx(wanted["v"], abs=1e-11)
-
-
-# --- energy
-
-
-@pytest.mark.parametrize("friction", [0.0, 0.6])
-def test_energy_is_balanced(friction: float) -> None:
-    """Input less dashpots, ties, friction and impacts is what is stored; by quadrature, scaled."""
-    own = {"restitution": 0.9, "tie_stiffness": 0.05, "tie_damping": 0.03}, HEAVY
-    given = {"force_amplitude": 6.0, "gravity": 0.1, "friction_coefficient": friction}
-    given["transverse_acceleration"] = 1.0
-    p = on(coupled_structure(1), own[0], own[1] | {"restitution": 0.0}, **given).dimensionless
-    run, s = start_run(p), p.structure
-    log = np.concatenate([piece.copy() for piece in run.segments(*run.whole_periods(9.0))])
-    nodes, weights = np.polynomial.legendre.leggauss(8)
-
-    def gaps(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return np.array([y[k] - s.boxes[one.box] @ x for k, one in enumerate(p.each)])
-
-    def stored(x: np.ndarray, v: np.ndarray, y: np.ndarray, u: np.ndarray) -> float:
-        found = 0.5 * (v @ s.mass @ v + x @ s.stiffness @ x)
-        for one, d, place, speed in zip(p.each, gaps(x, y), y, u, strict=True):
-            found += 0.5 * (one.mass * speed**2 + one.tie_stiffness * d**2)
-            found += one.mass * one.gravity * place
-        return float(found)
-
-    balance = turnover = 0.0
-    for row in log:
-        lost = read_segment(run.model, row).loss
-        assert row[MODE] != TAIL or row[DURATION] == 0.0
-        balance, turnover = balance - lost, turnover + lost
-        parts = math.ceil(row[DURATION] / 0.2)
-        for k in range(parts):
-            half = 0.5 * row[DURATION] / parts
-            for node, weight in zip(nodes, weights, strict=True):
-                tau = half * (2 * k + 1 + node)
-                _, v, _, u = run.state_in(row, tau)
-                time = row[PERIODS] * p.cycle + row[TIME] + tau
-                work = s.force @ v * p.force_amplitude * math.sin(p.frequency_ratio * time)
-                lost = v @ s.damping @ v
-                for m, d in zip(p.each, gaps(v, u), strict=True):
-                    lost += m.tie_damping * d**2 + m.mass * m.friction * abs(d)
-                balance += weight * half * (work - lost)
-                turnover += weight * half * (abs(work) + lost)
-    ends = [
-        stored(*run.state_in(row, tau))
-        for row, tau in ((log[0], 0.0), (log[-1], log[-1, DURATION]))
+    own = [
+        {
+            "free_mass": one.mass_ratio * mass,
+            "gap": 2.0 * one.clearance * length,
+            "restitution": one.restitution,
+            "friction_coefficient": one.friction,
+            "gravity": one.gravity * acceleration,
+        }
+        | ({"restitution_left": one.restitution_left} if one.restitution_left <= 1.0 else {})
+        for one in p.each
     ]
-    assert ({4.0, 5.0, 6.0} if friction else {1.0, 2.0}) <= set(log[:, CAUSE])
-    assert balance == pytest.approx(ends[1] - ends[0], abs=1e-12 * turnover)
+    phase = {"phase": p.phase} if p.forcing.has_phase else {}
+    return on(
+        structure,
+        *own,
+        forcing=p.forcing,
+        forcing_frequency=p.frequency_ratio * rate,
+        force_amplitude=p.force_amplitude * mass * acceleration,
+        transverse_acceleration=acceleration,
+        **phase,
+    )
 
 
-# --- limits
+ONE_MODE = [*product(("several", "several, sliding"), (0, 1)), ("rigid", 0), ("sliding", 2)]
+ALL = [
+    (model, force, seed)
+    for model, seed in ONE_MODE
+    for force in FORCES
+    if force != "base in the ground's frame"  # coordinates are relative to the base
+]
+#: Here another mass's event cuts the closed rest of chatter.
+ALL += [("several", "two harmonics", 2)]
 
 
-def same(found: np.ndarray, wanted: np.ndarray, error: float = 1e-11) -> None:
-    assert len(wanted) > 4
-    assert found["kind"].tolist() == wanted["kind"].tolist()
-    for name in ("time", "approach_speed", "x", "v"):
-        assert found[name] == pytest.approx(wanted[name], abs=error), name
+@pytest.mark.parametrize(("model", "force", "seed"), ALL)
+def test_one_mode_is_one_primary_mass(model: str, force: str, seed: int) -> None:
+    """Error grows in chaotic motion: it may double with each event."""
+    values, (x, v, y, u) = scene_of(model, force, seed)
+    p = Parameters(**values)
+    until = {"until": 15.0, "max_events": 40}
+    found = events(one_mode(p), State([x], [v], y, u), **until)
+    wanted = events(p, State(x, v, y, u), **until)
+    same(found, wanted, 2e-12)
+    if "several" in model:
+        assert found["body"].tolist() == wanted["body"].tolist()
 
 
-def _in_other_coordinates(turn: np.ndarray) -> Structure:
+def test_the_units_are_those_of_the_parameters() -> None:
+    length, rate, p = 0.02, 30.0, Parameters(**SLOW)
+    found = events(one_mode(p, 5.0, length, rate), until=46.0 / rate)
+    scale = {"time": rate, "x": 1.0 / length, "v": 1.0 / (length * rate)}
+    scale["approach_speed"] = scale["v"]
+    for name, factor in scale.items():
+        found[name] *= factor
+    same(found, events(p, until=46.0))
+
+
+# --- motions that are the same
+
+
+def turned(turn: np.ndarray) -> Structure:
+    """The beam in other coordinates."""
     return Structure(
         mass=turn @ BEAM.mass @ turn.T,
         damping=turn @ BEAM.damping @ turn.T,
@@ -256,33 +182,34 @@ def _in_other_coordinates(turn: np.ndarray) -> Structure:
     )
 
 
-@pytest.mark.parametrize(
-    "turn",
-    [np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0], np.eye(3)[[2, 0, 1]]],
-    ids=["matrices", "permutation"],
-)
-@pytest.mark.parametrize("tied", [False, True])
-def test_other_coordinates_change_nothing(turn: np.ndarray, tied: bool) -> None:
-    masses, until = TIES if tied else ({}, HEAVY), SCENES["two boxes"][1]
-    found = events(on(_in_other_coordinates(turn), *masses), until=until)
-    same(found, events(on(BEAM, *masses), until=until))
+def modes(count: int) -> Structure:
+    """As many of three modes, of which the last one has no share in box and force."""
+    shapes = {"a": [1.0, 0.6, 0.0][:count], "force": [1.0, 0.3, 0.0][:count]}
+    return Structure.from_modes([0.16, 0.43, 7.0][:count], 0.02, shapes)
 
 
-def test_a_mode_without_a_share_in_box_and_force_does_nothing() -> None:
-    box, force = [1.0, 0.6, 0.0], [1.0, 0.3, 0.0]
-    three = Structure.from_modes([0.16, 0.43, 7.0], 0.02, {"a": box, "force": force})
-    two = Structure.from_modes([0.16, 0.43], 0.02, {"a": box[:2], "force": force[:2]})
-    same(events(on(three, {}), until=14.0), events(on(two, {}), until=14.0), 1e-13)
+MATRICES = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
+PERMUTATION = np.eye(3)[[2, 0, 1]]
+#: Name -> two dampers that move alike, and to how much.
+ALIKE = {
+    "matrices": (on(turned(MATRICES), {}, HEAVY), on(BEAM, {}, HEAVY), 1e-11),
+    "permutation": (on(turned(PERMUTATION), {}, HEAVY), on(BEAM, {}, HEAVY), 1e-11),
+    "matrices, ties": (on(turned(MATRICES), *TIES), on(BEAM, *TIES), 1e-11),
+    "permutation, ties": (on(turned(PERMUTATION), *TIES), on(BEAM, *TIES), 1e-11),
+    "a mode without a share": (on(modes(3), {}), on(modes(2), {}), 1e-13),
+    "hardly a tie": (on(BEAM, {"tie_stiffness": 1e-13}), on(BEAM, {}), 1e-10),
+}
+
+
+@pytest.mark.parametrize("name", ALIKE)
+def test_dampers_that_move_alike(name: str) -> None:
+    one, other, error = ALIKE[name]
+    same(events(one, until=14.0), events(other, until=14.0), error)
 
 
 def test_two_halves_in_step_are_one() -> None:
     halves = events(on(BEAM, {"free_mass": 0.05}, {"free_mass": 0.05}), until=14.0)
     same(halves[halves["body"] == 1], events(on(BEAM, {}), until=14.0), 1e-12)
-
-
-def test_a_tie_of_hardly_any_stiffness_is_none() -> None:
-    tied = events(on(BEAM, {"tie_stiffness": 1e-13}), until=14.0)
-    same(tied, events(on(BEAM, {}), until=14.0), 1e-10)
 
 
 def test_speeds_that_fall_without_end_are_none() -> None:
