@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mpmath import mp, mpf
 from scenes import SI as SCENE_SI
 from scenes import STUDY
 
@@ -19,6 +18,7 @@ from damper.engine.segment import CAUSE, FLIGHT, GAP, GAP_RATE, MODE, SIDE, STIC
 from damper.models import start_run
 from damper.parameters import NO_UNITS
 from damper.sweep.points import read_point
+from damper.theory.steady import steady_state
 
 POINT: dict[str, float] = STUDY | {"phase": 0.4}
 SI: dict[str, float] = SCENE_SI | {"gap": 0.02, "restitution": 0.6, "phase": 0.4}
@@ -116,16 +116,10 @@ def test_start_on_a_wall(side: int) -> None:
 def test_steady_primary_with_a_free_mass_anywhere(
     place: float, relative: float, phase: float, omega: float
 ) -> None:
-    values = {**POINT, "frequency_ratio": omega, "phase": phase}
-    values |= {"initial_position": place, "initial_relative_velocity": relative}
-    start = read_point(values, "steady").start()
-    with mp.workdps(30):
-        drag = 2 * mpf(0.02) * mpf(omega)
-        stiff = 1 - mpf(omega) ** 2
-        amplitude = 1 / mp.hypot(stiff, drag)
-        angle = mpf(phase) - mp.atan2(drag, stiff)
-        assert abs(start.x - amplitude * mp.sin(angle)) < 2e-15 * amplitude
-        assert abs(start.v - omega * amplitude * mp.cos(angle)) < 2e-15 * omega * amplitude
+    values = POINT | {"frequency_ratio": omega, "phase": phase}
+    free = {"initial_position": place, "initial_relative_velocity": relative}
+    start = read_point(values | free, "steady").start()
+    assert (start.x, start.v) == steady_state(Parameters(**values))
     assert start.y - start.x == pytest.approx(0.05 * place, abs=1e-15 * (1 + abs(start.x)))
     assert start.u - start.v == pytest.approx(relative, abs=1e-15 * (abs(start.v) + abs(relative)))
 
