@@ -135,10 +135,13 @@ class Trajectory:
         """State of the primary, gap and gap rate a time `tau` after the start of a log's row."""
         return _motion(self.model, row, float(tau))
 
-    def motions_in(self, row: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """`motion_in` at many times, a row each."""
+    def motions_in(
+        self, rows: np.ndarray, times: np.ndarray, which: np.ndarray | None = None
+    ) -> np.ndarray:
+        """`motion_in` at many times, a row each; of one row of the log, or of these of several."""
         found = np.empty((len(times), 4))
-        _motions(self.model, row, times, found)
+        which = np.zeros(len(times), int) if which is None else which
+        _motions(self.model, np.atleast_2d(rows), which, times, found)
         return found
 
     def state_in(self, row: np.ndarray, tau: float) -> tuple[float, float, Any, Any]:
@@ -207,10 +210,15 @@ def _motion(model, row, tau):
 
 
 @compiled
-def _motions(model, row, times, found):
-    segment = read_segment(model, row)
+def _motions(model, rows, which, times, found):
+    segment = read_segment(model, rows[0])
     begun = begin_samples(model, segment)
+    last = 0
     for k in range(len(times)):
+        if which[k] != last:
+            last = which[k]
+            segment = read_segment(model, rows[last])
+            begun = begin_samples(model, segment)
         found[k, 0], found[k, 1], found[k, 2], found[k, 3] = motion_sample(
             model, segment, begun, float(times[k])
         )

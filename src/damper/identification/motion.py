@@ -45,8 +45,8 @@ _PIECE = 12.0
 #: Points of a piece, the fewest, and how many more for each unit of its length: for 1e-9 of the
 #: motion's size.
 _FEWEST, _MORE = 8, 1.2
-#: Part of a piece between the velocities whose slope is an acceleration without derivatives, their
-#: places, and the matrix from them to the coefficients of their polynomial.
+#: Part of a flight, or of the longest piece, between the velocities whose slope is an acceleration
+#: without derivatives, their places, and the matrix from them to their polynomial's coefficients.
 _LITTLE, _AROUND = 1e-3, np.arange(-2.0, 3.0)
 _QUARTIC = np.linalg.inv(np.vander(_AROUND, increasing=True))
 #: Events of a run at most: beyond these no record has an impact.
@@ -124,25 +124,14 @@ class Piece:
     """Derivatives of its start, where an impact begins it."""
 
     def at(self, times: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
-        """As `ComputedMotion.at`, between its begin and end."""
+        """As `ComputedMotion.at`, between its begin and end; no acceleration without derivatives."""
         which = min(order, 1)
         if not self.changes.size:
-            values = self.moving(times)[:, which] if order < 2 else self._acceleration(times)
-            return values, np.empty((len(times), 0))
+            return self.moving(times)[:, which], np.empty((len(times), 0))
         weights = _between((2.0 * times - self.begin - self.end) / self.length, self.count)
         if order == 2:
             weights = weights @ _slopes(self.count) * (2.0 / self.length)
         return weights @ self.motion[:, which], weights @ self.changes[:, which]
-
-    def _acceleration(self, times: np.ndarray) -> np.ndarray:
-        """Slope of the polynomial of the fourth degree through five velocities around each time."""
-        little = _LITTLE * self.length
-        middles = np.clip(times, self.begin + 2.0 * little, self.end - 2.0 * little)
-        around = (middles + little * _AROUND[:, None]).ravel()
-        _, first, second, third, fourth = _QUARTIC @ self.moving(around)[:, 1].reshape(5, -1)
-        place = (times - middles) / little
-        slopes = first + place * (2.0 * second + place * (3.0 * third + 4.0 * place * fourth))
-        return slopes / little  # type: ignore[no-any-return]
 
     @property
     def length(self) -> float:
@@ -218,6 +207,53 @@ class ComputedMotion:
         return np.array(times), np.array(values), np.reshape(changes, (len(times), count))
 
 
+class _Plain(ComputedMotion):
+    """A run without derivatives: its samples are the engine's, and pieces are for peaks alone."""
+
+    def __init__(self, walk: _Walk, rows: np.ndarray) -> None:
+        units, self.trajectory = walk.units, walk.trajectory
+        self.walk, self.rows = walk, rows[rows[:, DURATION] > 0.0]
+        self.sizes = np.array([units.length, units.speed])
+        begins = rows[:, PERIODS] * walk.trajectory.cycle + rows[:, TIME]
+        struck = rows[:, CAUSE] == IMPACT
+        struck[0] = False
+        hit = units.time * begins, rows[:, SIDE], units.speed * rows[:, SPEED]
+        self.impacts = list(zip(*(column[struck].tolist() for column in hit), strict=True))
+        self.later = [np.empty(0)] * len(self.impacts)
+        self.begins = begins[rows[:, DURATION] > 0.0]
+
+    @cached_property
+    def pieces(self) -> list[Piece]:  # type: ignore[override]
+        """Its stretches without an event."""
+        for row in self.rows:
+            self.walk.take(row, True)
+        return self.walk.motion.pieces
+
+    def at(self, times: np.ndarray, order: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """As that of a run with derivatives."""
+        unit, durations = self.walk.units.time, self.rows[:, DURATION]
+        times = times / unit
+        which = np.searchsorted(self.begins[1:], times, "left")
+        taus = times - self.begins[which]
+        if order < 2:
+            found = self._velocities(which, taus)[:, order]
+        else:
+            # Slope of the polynomial of the fourth degree through five velocities around each time.
+            little = _LITTLE * np.minimum(durations, _PIECE / self.walk.rate)[which]
+            middles = np.clip(taus, 2.0 * little, durations[which] - 2.0 * little)
+            around = (middles[:, None] + little[:, None] * _AROUND).ravel()
+            velocities = self._velocities(np.repeat(which, 5), around)[:, 1].reshape(-1, 5)
+            _, first, second, third, fourth = _QUARTIC @ velocities.T
+            place = (taus - middles) / little
+            slopes = first + place * (2.0 * second + place * (3.0 * third + 4.0 * place * fourth))
+            found = slopes / (little * unit)
+        return found, np.empty((len(times), 0))
+
+    def _velocities(self, which: np.ndarray, taus: np.ndarray) -> np.ndarray:
+        """Displacement and velocity at times after the start of rows."""
+        return self.sizes * self.trajectory.motions_in(self.rows, taus, which)[:, :2]  # type: ignore[no-any-return]
+
+
 def run_motion(
     parameters: Parameters | SIParameters,
     state: State,
@@ -255,6 +291,8 @@ def run_motion(
     if trajectory.status != FINISHED:
         raise ValueError(f"more than {_MOST_EVENTS} events until {until:g}")
     walk = _Walk(parameters, trajectory, tuple(directions.values()))
+    if not directions:
+        return _Plain(walk, rows)
     for row in rows:
         walk.take(row, sampled)
     require_bounded(trajectory.model, walk.changes)
