@@ -13,6 +13,7 @@ from scipy.io import savemat, wavfile
 
 import damper
 from damper.identification.answer import _warnings
+from damper.identification.draws import AGREE, Draws
 from damper.identification.fit import Fit, Fitter
 from damper.identification.problem import RecordedDamper, Unknown, _heard
 from damper.shell import main
@@ -138,8 +139,7 @@ def test_impacts_hide_the_same_samples_of_every_run():
 
 def test_all_that_was_tried_has_the_noise_that_was_found(monkeypatch):
     """Records of two kinds: the noise of each is found late, and what was tried before counts."""
-    monkeypatch.setattr("damper.identification.fit._DRAWN", 30)
-    monkeypatch.setattr("damper.identification.fit._ENOUGH", 20)
+    monkeypatch.setattr("damper.identification.draws._POINTS", 20)
     times, values, events = decay(0.4, 101)
     rng = np.random.default_rng(4)
     impacts = events["time"][events["kind"] == damper.IMPACT]
@@ -162,7 +162,7 @@ def test_all_that_was_tried_has_the_noise_that_was_found(monkeypatch):
     for cost, there in fitter.tried:
         assert cost == pytest.approx(float(np.sum(asked.residuals(there)[0] ** 2)), rel=1e-6)
     # Points far off are no part of the interval.
-    low, high = fitter.ends(fit, 2.0, *fitter.likely(fit))
+    low, high = fitter.ends(fit, 2.0, fitter.likely(fit))
     assert high[0] - low[0] < 0.05 < 0.75 - 0.45
 
 
@@ -183,7 +183,19 @@ def test_measured_tennis_ball():
     low, high = found.interval("restitution")
     assert 0.73 < low < 0.765 < high < 0.80
 
-    assert found.interval("initial_position") == pytest.approx((-0.9095, -0.8833), abs=2e-4)
+    # Heights h of first drops, by the chance S^(-4/2) of the sums of squares on a fine grid.
+    powers, heights = np.linspace(0.3, 0.999, 700), np.linspace(0.05, 3.0, 2000)
+    flights = powers[:, None] ** np.arange(1, 5)
+    sums = np.zeros((700, 2000))
+    for flight, time in zip(flights.T, record.values, strict=True):
+        sums += (2.0 * flight[:, None] * np.sqrt(2.0 * heights / 9.81) - time) ** 2
+    chances = np.cumsum((sums**-2.0).sum(axis=0))
+    ends = np.interp([0.025, 0.975], chances / chances[-1], heights / 5.0 - 1.0)
+    width = ends[1] - ends[0]
+    low, high = found.interval("initial_position")
+    assert high == pytest.approx(ends[1], abs=0.05 * width)
+    # Here the half width of the covariance is larger.
+    assert ends[0] - 0.1 * width < low < ends[0]
     # Its study gives no frequency, which nothing has, and runs.
     (study,) = found.studies.values()
     assert not {"forcing_frequency", "force_amplitude"} & {*study["parameters"]}
@@ -193,8 +205,10 @@ def test_measured_tennis_ball():
 class Bent:
     """Sum of squares with minima at x = -1 and 1; y and the constant are straight."""
 
+    rate = 1.0
+
     def __init__(self):
-        self.noise, self.records = [1.0], [SimpleNamespace(times=range(40))]
+        self.noise, self.records = [1.0], [damper.Recording(range(40), np.zeros(40))]
         self.unknowns = [
             Unknown("x", None, "x", "1", (-3.0, 1.1), (-3.0, 1.1)),
             Unknown("y", None, "y", "1", (-9.0, 9.0), (-9.0, 9.0)),
@@ -212,16 +226,31 @@ class Bent:
     def count(self, k, part):
         return 40
 
+    def size(self, k):
+        return 1.0
 
-def test_draws_are_as_probable_as_all_points_are(monkeypatch):
-    """Of two minima that the data cannot tell apart, and of a range that ends beside one."""
-    monkeypatch.setattr("damper.identification.fit._DRAWN", 2000)
+
+def bent():
+    """What finds the minima of that, and its fit at one of them."""
     fitter = Fitter(Bent())
     point = np.array([1.0, 0.0, 0.0]) + 1e-9  # samples with a residual of zero do not count
-    fit = Fit(fitter.problem, point, *Bent().residuals(point), True)
     for k in range(100):
         fitter._scored(fitter.start(k), (1.0,))
-    points, chances = fitter.likely(fit)
+    return fitter, Fit(fitter.problem, point, *Bent().residuals(point), True)
+
+
+@pytest.mark.parametrize("least", [math.inf, 0.0])
+def test_draws_are_as_probable_as_all_points_are(least, monkeypatch):
+    """Of two minima that the data cannot tell apart, and of a range that ends beside one.
+
+    By populations, and by draws around these minima alone.
+    """
+    monkeypatch.setattr("damper.identification.draws._POINTS", 1200)
+    monkeypatch.setattr("damper.identification.draws._DRAWS", (100, 12_000))
+    monkeypatch.setattr("damper.identification.draws._SMOOTH_WHOLE", least)
+    fitter, fit = bent()
+    points = fitter.likely(fit)
+    assert fitter.spread_of_means < AGREE
     x, y = np.meshgrid(np.linspace(-3.0, 1.1, 821), np.linspace(-9.0, 9.0, 721))
     sums = (2.0 * x * x - 2.0 + 0.2 * y) ** 2 + y * y + 28.0
     each = sums ** (-0.5 * (40 - 1))  # the constant takes one of the 40 data with it
@@ -229,13 +258,33 @@ def test_draws_are_as_probable_as_all_points_are(monkeypatch):
     for j, values in enumerate((x, y)):
         for power in (1, 2):
             mean = float((each * values**power).sum())
-            assert chances @ points[:, j] ** power == pytest.approx(mean, abs=0.05)
-    assert chances @ points[:, 2] ** 2 == pytest.approx(0.1 * fit.variance, rel=0.1)
+            assert (points[:, j] ** power).mean() == pytest.approx(mean, abs=0.05)
+    assert (points[:, 2] ** 2).mean() == pytest.approx(0.1 * fit.variance, rel=0.1)
     order = np.argsort(x.ravel())
     ends = np.interp([0.025, 0.975], np.cumsum(each.ravel()[order]), x.ravel()[order])
-    low, high = fitter.ends(fit, 0.0, points, chances)
+    low, high = fitter.ends(fit, 0.0, points)
     assert (low[0], high[0]) == pytest.approx(ends, abs=0.05)
     assert fitter.other(fit)[0] == pytest.approx(-1.0, abs=0.5)
+
+
+def test_populations_that_differ_are_said(monkeypatch):
+    """As where each stays in another minimum."""
+    monkeypatch.setattr("damper.identification.draws._SMOOTH_WHOLE", math.inf)
+    fitter, fit = bent()
+    ways = iter((1.0, -1.0, 1.0))
+
+    def population(self, *_):
+        points = fit.point + 0.1 * self.generator.standard_normal((200, 3))
+        points[:, 0] *= next(ways)
+        return points, np.array([self.sums(point) for point in points])
+
+    monkeypatch.setattr(Draws, "_population", population)
+    monkeypatch.setattr(Draws, "_move", lambda *_: 0)
+    points = fitter.likely(fit)
+    assert next(ways, None) is None
+    assert len(points) % 600 == 0
+    assert 0.5 < points[:, 0].std() < 1.0
+    assert "draws lie around different values" in " ".join(_warnings(fitter, fit, *fitter.bounds))
 
 
 def test_a_known_table_and_its_study(tmp_path, monkeypatch):
@@ -346,7 +395,7 @@ def test_searches_go_on_until_two_end_in_the_best_place(monkeypatch):
     times, values, _ = decay(0.2, 81)
     noise = 2e-5 * np.random.default_rng(2).standard_normal(len(times))
     record = damper.Recording(times, values + noise, offset=False)
-    for costs, enough in (([1.0, 1.2, 1.0], True), ([1.3, 1.2, 1.1, 1.0], False)):
+    for costs, enough in (([1.0, 1.2, 1.0], True), ([1.3, 1.2, 1.0], False)):
         fitter = Fitter(problem(record, ["restitution"]))
         fit = fitter.fit(np.array([0.6]), 1.0, 3)
         left = iter([replace(fit, residuals=math.sqrt(cost) * fit.residuals) for cost in costs])

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from damper.identification.draws import AGREE
 from damper.identification.fit import Fit, Fitter
 from damper.identification.problem import OF_RECORD, RecordedDamper
 from damper.identification.recordings import KINDS, Recording, plain_numbers, read_recording
@@ -38,8 +39,6 @@ _LOOSE, _VAGUE = 0.1, 0.5
 _NOTHING = 1e-6
 #: Part of an allowed range within which a value is at its end.
 _AT_END = 1e-4
-#: Worth in independent draws, of which five are beyond each end, below which an interval is a hint.
-_FEW = 200.0
 #: Samples in a period of the primary, below which a record is coarse.
 _COARSE = 10.0
 
@@ -273,13 +272,13 @@ def _answer(fitter: Fitter, fit: Fit, assumed: list[str]) -> Identification:
     most = float(t.ppf(0.5 + 0.5 * _CONFIDENCE, fit.freedom))
     told = [j for j in own if errors[j] < math.inf]
     others = [(j, f) for j in told for way in (-most, most) for f in fitter.profile(fit, j, way)]
-    points, chances = fitter.likely(fit)
+    points = fitter.likely(fit)
     # Both may have found a lower place.
     cost, point = min(fitter.tried, key=lambda one: one[0])
     if cost < fit.cost * (1.0 - 1e-6):
         fit = fitter.exact(point)
         errors = np.sqrt(np.diag(fit.covariance))
-    low, high = fitter.ends(fit, most, points, chances)
+    low, high = fitter.ends(fit, most, points)
     labels = [unknown.label for unknown in unknowns]
     columns = {
         "quantity": labels,
@@ -372,8 +371,13 @@ def _warnings(fitter: Fitter, fit: Fit, low: np.ndarray, high: np.ndarray) -> It
             "No two searches ended in the best place: another minimum may be better. Narrow ranges "
             "(--range) or a second record help."
         )
-    if not fit.converged or fitter.effective < _FEW:
+    if not fit.converged:
         yield "The fit has not converged: its intervals are no more than a hint."
+    if fitter.spread_of_means > AGREE:
+        yield (
+            "Independent draws lie around different values: the intervals are no more than a hint. "
+            "Narrow ranges (--range) or a second record help."
+        )
     if (other := fitter.other(fit)) is not None:
         values = (text_of(float(other[j]), unknowns[j].unit) for j in own)
         named = (f"{unknowns[j].label} = {text}" for j, text in zip(own, values, strict=True))

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from damper.engine.compiled import compiling
+from damper.identification.draws import Draws
 from damper.identification.problem import OF_RECORD, RecordedDamper
 from damper.identification.recordings import TIMES, Recording
 
@@ -20,7 +22,7 @@ _FIRST, _GROWS = 0.125, 1.3
 _LAST_PART = 0.9
 #: Starts of each round, and how many of them, and of points that come from the window before, are
 #: fitted in a window; there are more rounds until two of them end in the best place.
-_ROUNDS = ((200, 3), (400, 4), (800, 6), (1600, 8))
+_ROUNDS = ((200, 3), (400, 4), (800, 6))
 #: Points around a fit.
 _DRAWS = 20
 #: Steps of a fit in a window, of one of the whole, of the last one and of one in a profile.
@@ -34,12 +36,6 @@ _DOUBT = 0.01
 _OUTWARD, _TO_END, _RISEN = 8, 2, 0.95
 #: Sum of squares, over the variance, by which minima differ that one 95 % interval holds.
 _ALIKE = 4.0
-#: Points of a round of draws; by what each round flattens their probability; how many independent
-#: ones' worth is enough; and how much larger, over the variance, the sum of squares of the first
-#: ones may be.
-_DRAWN, _HEATS, _ENOUGH, _FAR = 400, (4.0, 2.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), 400.0, 40.0
-#: Degrees of freedom of the distributions t that draw, and fits after each round.
-_TAILS, _MORE_FITS = 5, 3
 #: Part of the probability on each side of an interval.
 _TAIL = 0.025
 #: Longest step of a profile over the range of starts.
@@ -183,8 +179,8 @@ class Fitter:
         ]
         self.count = sum(len(record.times) for record in problem.records)
         self.generator = random.Random(0)
-        #: How many independent draws the intervals are worth.
-        self.effective = math.inf
+        #: Variance of all draws over that within populations of them.
+        self.spread_of_means = 1.0
         #: Part of the records and point of each window's best fit.
         self.windows: list[tuple[float, np.ndarray]] = []
         #: Chance of the whole fitting as much worse than a window.
@@ -194,8 +190,6 @@ class Fitter:
         #: Sum of squares of each record, in its own units, and point of all that was tried on the
         #: whole records.
         self.sums: list[tuple[np.ndarray, np.ndarray]] = []
-        #: Where fits of the whole records have ended.
-        self.fitted: list[np.ndarray] = []
 
     def best(self) -> Fit:
         """Return the best fit of all rounds of starts."""
@@ -207,7 +201,6 @@ class Fitter:
                 begin += count
                 if self.problem.hide(min(found, key=lambda fit: fit.cost).point):
                     self.sums.clear()
-                    self.fitted.clear()
                     found = [self.fit(fit.point, 1.0, _WHOLE) for fit in found]
                 found.sort(key=lambda fit: fit.cost)
                 best = found[0]
@@ -227,7 +220,7 @@ class Fitter:
         weights = np.array(self.problem.noise) ** -2.0
         return [(float(sums @ weights), point) for sums, point in self.sums]
 
-    def _keep(self, residuals: np.ndarray, point: np.ndarray) -> None:
+    def keep(self, residuals: np.ndarray, point: np.ndarray) -> None:
         """Keep what was tried on the whole records, whatever their noise turns out to be."""
         sums = np.array([some @ some for some in _of_each(self.problem.records, residuals)])
         self.sums.append((sums * np.array(self.problem.noise) ** 2.0, point))
@@ -259,8 +252,11 @@ class Fitter:
 
     def exact(self, point: np.ndarray) -> Fit:
         """Fit by the engine's own derivatives, which also tell what the data cannot."""
+        sampled = any(record.is_sampled for record in self.problem.records)
         self.problem.fine = True
-        fit = self.fit(point, 1.0, _LAST)
+        # Of times the few derivatives take less than compiling.
+        with compiling() if sampled else nullcontext():
+            fit = self.fit(point, 1.0, _LAST)
         self.problem.fine = False
         return fit
 
@@ -285,8 +281,8 @@ class Fitter:
         starts = [self._scored(self.start(k), parts) for k in range(begin, begin + count)]
         points: list[np.ndarray] = []
         for number, part in enumerate(parts):
-            some = self._best_of([start[number] for start in starts], kept)
-            more = self._best_of([self._scored(p, (part,))[0] for p in points], kept)
+            some = self.best_of([start[number] for start in starts], kept)
+            more = self.best_of([self._scored(p, (part,))[0] for p in points], kept)
             steps = _IN_WINDOW if part < 1.0 else _WHOLE
             fits = [self.fit(point, part, steps) for point in self._different(more + some)]
             fits.sort(key=lambda fit: fit.cost)
@@ -297,7 +293,7 @@ class Fitter:
             points += [point for fit in fits[:kept] for point in self._around(fit)]
         return fits[0]
 
-    def _best_of(self, scored: list[tuple[float, np.ndarray]], count: int) -> list[np.ndarray]:
+    def best_of(self, scored: list[tuple[float, np.ndarray]], count: int) -> list[np.ndarray]:
         """So many different points, the best one first."""
         kept: list[np.ndarray] = []
         for _, point in sorted(scored, key=lambda one: one[0]):
@@ -308,7 +304,7 @@ class Fitter:
     def _around(self, fit: Fit) -> Iterator[np.ndarray]:
         """A fit's point, and points that the data hardly tell from it."""
         yield fit.point
-        spread = self._spread(fit)
+        spread = self.spread(fit, fit.variance)
         for k in range(_DRAWS):
             drawn = np.array([self.generator.gauss(0.0, 3.0 ** (k % 3)) for _ in fit.point])
             yield np.clip(fit.point + spread @ drawn, *self.narrow)
@@ -340,7 +336,7 @@ class Fitter:
                 missed = missed + some @ step
             found.append((float(missed @ missed), there))
         if parts[-1] == 1.0:
-            self._keep(missed, there)
+            self.keep(missed, there)
         return found
 
     def _inside(self, part: float, whole: float) -> np.ndarray:
@@ -391,9 +387,7 @@ class Fitter:
             jacobian = np.insert(jacobian, fixed, 0.0, axis=1)
         fit = Fit(self.problem, whole(found.x), found.fun, jacobian, found.status > 0)
         if part == 1.0:
-            self._keep(fit.residuals, fit.point)
-        if part == 1.0 and fixed is None:
-            self.fitted.append(fit.point)
+            self.keep(fit.residuals, fit.point)
         return fit
 
     def profile(self, fit: Fit, j: int, way: float) -> Iterator[Fit]:
@@ -414,67 +408,16 @@ class Fitter:
                 return
             point = other.point
 
-    def likely(self, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
-        """Points that the records leave possible, and the probability of each.
-
-        Of n data with white noise of unknown size, a point is as probable as its sum of squares to
-        the power -n/2, wherever it is in the allowed ranges. By adaptive multiple importance
-        sampling (Cornuet and others, Scandinavian Journal of Statistics 39, 798, 2012): a round is
-        drawn around the minima, by the covariance of each, and further ones around the points
-        before, each by the covariance of the nearest minimum. The first ones are also around all
-        that was tried, and flatten the probability, so that no minimum is lost. Fits of the most
-        probable points of a round give further minima.
-        """
+    def likely(self, fit: Fit) -> np.ndarray:
+        """Points that the records leave possible, all as probable; the best ones are fitted."""
         if fit.variance <= _EXACT:
-            return fit.point[None], np.ones(1)
-        generator = np.random.default_rng(0)
-        free = [j for j in range(len(fit.point)) if j not in self.linear]
-        minima = _Minima(self, fit, free)
-        for point in self.fitted:
-            minima.add(Fit(self.problem, point, *self.problem.residuals(point, 1.0, True), True))
-
-        def chances(costs: list[float], density: np.ndarray, heat: float) -> np.ndarray:
-            power = -0.5 * (fit.freedom + len(free)) / heat
-            logs = power * np.log(costs) - np.log(density)
-            each = np.exp(logs - logs.max())
-            return each / each.sum()  # type: ignore[no-any-return]
-
-        near = [one for one in self.tried if one[0] <= fit.cost + _FAR * fit.variance]
-        even = np.full(len(minima.points), 1.0 / len(minima.points))
-        rounds = [_Kernels(minima, np.array(minima.points), even, 1.0)]
-        drawn: list[tuple[float, np.ndarray]] = []
-        places, sums = np.empty((0, len(free))), np.empty(0)
-        for number, heat in enumerate((_HEATS[0], *_HEATS)):
-            if number:
-                # Of what was tried, as if it had been drawn as well.
-                seen = drawn + (near if number == 1 else [])
-                centres = np.array([point for _, point in seen])[:, free]
-                density = rounds[0].density(centres) if number == 1 else sums
-                weights = chances([cost for cost, _ in seen], density, heat)
-                # Silverman's width, of as many kernels as the draws are worth.
-                wide = float(weights @ weights) ** (1.0 / (len(free) + 4))
-                rounds.append(_Kernels(minima, centres, weights, wide))
-                sums += rounds[-1].density(places)
-            more = rounds[-1].draw(_DRAWN, generator)
-            for there in more:
-                point = fit.point.copy()
-                point[free] = there
-                inside = (point == np.clip(point, *self.bounds)).all()
-                drawn.append(self._scored(point, (1.0,))[0] if inside else (math.inf, point))
-            places = np.concatenate([places, more])
-            sums = np.append(sums, sum(kernels.density(more) for kernels in rounds))
-            each = chances([cost for cost, _ in drawn], sums, 1.0)
-            self.effective = 1.0 / float(each @ each)
-            if number and heat == 1.0 and self.effective >= _ENOUGH:
-                break
-            for k in np.argsort(-each)[:_MORE_FITS]:
-                if each[k] and minima.apart(places[k]) > 1.0:
-                    minima.add(self.fit(drawn[k][1], 1.0, _IN_WINDOW))
-        points = np.array([point for _, point in drawn])
+            return fit.point[None]
+        draws = Draws(self, fit)
+        points, self.spread_of_means = draws.draw()
         some = fit.jacobian[:, self.linear]
-        noise = math.sqrt(fit.variance) * generator.standard_normal((len(points), len(some)))
-        points[:, self.linear] += noise @ np.linalg.pinv(some).T
-        return points, each
+        noise = np.random.default_rng(0).standard_normal((len(points), len(some)))
+        points[:, self.linear] += math.sqrt(fit.variance) * noise @ np.linalg.pinv(some).T
+        return points
 
     def other(self, fit: Fit) -> np.ndarray | None:
         """The furthest point that one interval holds with the fit, if it is in another minimum.
@@ -487,90 +430,22 @@ class Fitter:
         off = [(abs(point - fit.point)[free] / errors).max() for point in near]
         return near[int(np.argmax(off))] if max(off, default=0.0) > 2.0 * _ALIKE**0.5 else None
 
-    def _spread(self, fit: Fit) -> np.ndarray:
+    def spread(self, fit: Fit, variance: float) -> np.ndarray:
         """Root of the covariance of the unknowns, which are somewhere in the range of starts."""
         scaled = fit.jacobian * self.widths
-        information = scaled.T @ scaled / max(fit.variance, _TINY)
+        information = scaled.T @ scaled / max(variance, _TINY)
         values, rows = np.linalg.eigh(information + np.eye(len(fit.point)))
         return self.widths[:, None] * rows / np.sqrt(values)  # type: ignore[no-any-return]
 
-    def ends(
-        self, fit: Fit, errors: float, points: np.ndarray, chances: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def ends(self, fit: Fit, errors: float, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest values of the unknowns in 95 % of what the records leave possible.
 
         They are at least so many standard errors off: far out there are few draws.
         """
         span = errors * np.sqrt(np.diag(fit.covariance))
-        order = np.argsort(points, axis=0)
-        sums = np.cumsum(chances[order], axis=0) - 0.5 * chances[order]
-        columns = zip(sums.T, np.take_along_axis(points, order, 0).T, strict=True)
-        ends = np.transpose([np.interp([_TAIL, 1.0 - _TAIL], *column) for column in columns])
+        ends = np.quantile(points, [_TAIL, 1.0 - _TAIL], axis=0)
         low, high = np.minimum(ends[0], fit.point - span), np.maximum(ends[1], fit.point + span)
         return np.maximum(low, self.bounds[0]), np.minimum(high, self.bounds[1])
-
-
-class _Minima:
-    """Minima, in the unknowns that are not linear, with the root of the covariance at each."""
-
-    def __init__(self, fitter: Fitter, best: Fit, free: list[int]) -> None:
-        self.fitter, self.best, self.free = fitter, best, free
-        self.points: list[np.ndarray] = []
-        self.roots: list[np.ndarray] = []
-        self.add(best)
-
-    def add(self, fit: Fit) -> None:
-        """Keep a minimum that is another one and nearly as deep."""
-        point = fit.point[self.free]
-        if fit.cost > self.best.cost + _FAR * self.best.variance or self.apart(point) < 1.0:
-            return
-        spread = self.fitter._spread(fit)[self.free]
-        self.points.append(point)
-        self.roots.append(np.linalg.cholesky(spread @ spread.T))
-
-    def distances(self, points: np.ndarray) -> np.ndarray:
-        """Distances of points from each minimum, in its standard errors."""
-        found = [
-            np.linalg.norm(np.linalg.solve(root, (points - point).T), axis=0)
-            for point, root in zip(self.points, self.roots, strict=True)
-        ]
-        return np.array(found or np.full((1, len(points)), math.inf))
-
-    def apart(self, point: np.ndarray) -> float:
-        """Distance of a point from the nearest minimum."""
-        return float(self.distances(point[None]).min())
-
-
-class _Kernels:
-    """Distributions t around centres, each as the covariance of the nearest minimum."""
-
-    def __init__(
-        self, minima: _Minima, centres: np.ndarray, weights: np.ndarray, wide: float
-    ) -> None:
-        self.centres, self.weights = centres, weights
-        self.roots = [wide * root for root in minima.roots]
-        self.nearest = minima.distances(centres).argmin(axis=0)
-
-    def draw(self, count: int, generator: np.random.Generator) -> np.ndarray:
-        """So many points."""
-        which = generator.choice(len(self.centres), count, p=self.weights)
-        steps = generator.standard_normal((count, self.centres.shape[1]))
-        steps *= np.sqrt(_TAILS / generator.chisquare(_TAILS, (count, 1)))
-        roots = np.array(self.roots)[self.nearest[which]]
-        return self.centres[which] + np.einsum("kij,kj->ki", roots, steps)  # type: ignore[no-any-return]
-
-    def density(self, points: np.ndarray) -> np.ndarray:
-        """Their probability density at points, but for a factor."""
-        from scipy.spatial.distance import cdist
-
-        found, size = np.zeros(len(points)), points.shape[1]
-        for k, root in enumerate(self.roots):
-            inside = self.nearest == k
-            back = np.linalg.inv(root)
-            squares = cdist(points @ back.T, self.centres[inside] @ back.T, "sqeuclidean")
-            each = (1.0 + squares / _TAILS) ** (-0.5 * (_TAILS + size))
-            found += each @ self.weights[inside] * abs(np.linalg.det(back))
-        return found
 
 
 def _of_each(records: Sequence[Recording], values: np.ndarray) -> list[np.ndarray]:

@@ -124,7 +124,7 @@ class Piece:
     """Derivatives of its start, where an impact begins it."""
 
     def at(self, times: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
-        """As `ComputedMotion.at`, between its begin and end; no acceleration without derivatives."""
+        """As `ComputedMotion.at`, within it; without derivatives no acceleration."""
         which = min(order, 1)
         if not self.changes.size:
             return self.moving(times)[:, which], np.empty((len(times), 0))
