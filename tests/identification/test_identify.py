@@ -140,6 +140,7 @@ def test_impacts_hide_the_same_samples_of_every_run():
 def test_all_that_was_tried_has_the_noise_that_was_found(monkeypatch):
     """Records of two kinds: the noise of each is found late, and what was tried before counts."""
     monkeypatch.setattr("damper.identification.draws._POINTS", 20)
+    monkeypatch.setattr("damper.identification.draws._DRAWS", (60, 60))
     times, values, events = decay(0.4, 101)
     rng = np.random.default_rng(4)
     impacts = events["time"][events["kind"] == damper.IMPACT]

@@ -170,13 +170,17 @@ class ComputedMotion:
     later: list[np.ndarray] = field(default_factory=list)
     """Derivatives of these times by each direction."""
 
+    @property
+    def count(self) -> int:
+        """Of directions, where there are pieces."""
+        return self.pieces[0].changes.shape[2] if self.pieces else 0
+
     def at(self, times: np.ndarray, order: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Displacement, velocity or acceleration (order 0, 1, 2), and their derivatives.
 
         The times increase.
         """
-        count = self.pieces[0].changes.shape[2]
-        values, changes = np.empty(len(times)), np.empty((len(times), count))
+        values, changes = np.empty(len(times)), np.empty((len(times), self.count))
         ends = [piece.end for piece in self.pieces[:-1]]
         cuts = [0, *np.searchsorted(times, ends, "right").tolist(), len(times)]
         for piece, begin, end in zip(self.pieces, cuts, cuts[1:], strict=False):
@@ -203,12 +207,13 @@ class ComputedMotion:
                 values.append(value)
                 changes.append(change)
             before = piece
-        count = self.pieces[0].changes.shape[2]
-        return np.array(times), np.array(values), np.reshape(changes, (len(times), count))
+        return np.array(times), np.array(values), np.reshape(changes, (len(times), self.count))
 
 
 class _Plain(ComputedMotion):
     """A run without derivatives: its samples are the engine's, and pieces are for peaks alone."""
+
+    count = 0
 
     def __init__(self, walk: _Walk, rows: np.ndarray) -> None:
         units, self.trajectory = walk.units, walk.trajectory

@@ -505,7 +505,7 @@ def _listed(
     motion: ComputedMotion, record: Recording, count: int, until: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """The first impacts, times between them, or peaks; those that never come are at the end."""
-    columns = motion.pieces[0].changes.shape[2] if motion.pieces else 0
+    columns = motion.count
     if record.kind == "peaks":
         _, values, changes = motion.peaks()
         one_side = (record.values >= 0.0).all()
