@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,34 +12,46 @@ import numpy as np
 if TYPE_CHECKING:
     from damper.identification.fit import Fit, Fitter
 
-#: Points of a population, and lengths of the records at which their sums of squares are known.
-_POINTS, _NODES = 200, 100
+#: Points of a population.
+_POINTS = 200
+#: Lengths of the records at which the sums of squares of a point are known.
+_NODES = 100
 #: Draws around the minima of the whole records: few, and many where these are worth it.
 _DRAWS = 600, 3000
-#: Populations at most, and variance of all, over that within them, below which they agree.
-_POPULATIONS, AGREE = 3, 1.5
+#: Populations at most.
+_POPULATIONS = 3
+#: Populations agree where the variance of all their points is less than so many times the mean
+#: variance within a population.
+AGREE = 1.5
 #: Parts of the records at which populations may begin: the first one that is smooth there.
 _PARTS = (0.3, 0.2, 0.15, 0.1)
-#: How much wider than the covariance the first points are spread, by a distribution t with these
-#: degrees of freedom, or those of the residual.
-_WIDE, _TAILS = 2.0, 5
-#: Part of the worth for a normal distribution from which on a part of the records is smooth, and
-#: the whole.
+#: The first points are spread so many times wider than the covariance.
+_WIDE = 2.0
+#: Degrees of freedom of their distribution t, unless the residual has fewer.
+_TAILS = 5
+#: A part of the records is smooth where the first points are worth so much of what they would be
+#: worth for a normal distribution, and so is the whole.
 _SMOOTH, _SMOOTH_WHOLE = 0.5, 0.9
-#: Part of the worth of a population that is left where the records go on.
+#: The records go on to where this part of a population's worth is left.
 _LEFT = 0.4
-#: Moves of a population: until each point has moved so often, or all have been tried so often; and
-#: how often all are tried at last, of which the first half is not drawn from.
-_MOVED, _SWEEPS, _LAST_SWEEPS = 0.6, 4, 10
-#: Least part of the distance of two points by which a third one moves.
+#: A population has moved when there were so many moves for each point, or so many sweeps.
+_MOVED, _SWEEPS = 0.6, 4
+#: Sweeps over the whole records at last. The first half is not drawn from.
+_LAST_SWEEPS = 10
+#: A point moves by a part of the distance of two others, which is at least this one.
 _NEAREST = 0.05
-#: Part of the last moves that go anywhere around the minima of the whole, and fits of the best
-#: draws, which find them.
-_JUMPS, _MORE_FITS = 0.3, 3
-#: Sum of squares, over the variance, beyond the least one, up to which points are centres, of so
-#: many different ones, and of a population that got lost.
-_FAR, _CENTRES, _LOST = 40.0, 8, 20.0
-#: Steps of a fit in a part of the records.
+#: Part of the last moves that go anywhere around the minima of the whole.
+_JUMPS = 0.3
+#: Fits of the best draws, which find more minima.
+_MORE_FITS = 3
+#: Minima around which points are drawn, at most.
+_CENTRES = 8
+#: Over the variance, their sum of squares is less than this above that of the fit.
+_FAR = 40.0
+#: A population is lost where its least sum of squares, over the variance, is this far above the
+#: least one of all.
+_LOST = 20.0
+#: Steps of a fit.
 _STEPS = 5
 
 
@@ -55,6 +68,7 @@ class Draws:
 
     def __init__(self, fitter: Fitter, fit: Fit) -> None:
         self.fitter, self.fit = fitter, fit
+        #: Parts of the records at which the next population may begin.
         self.parts: tuple[float, ...] = _PARTS
         self.generator = np.random.default_rng(0)
         self.free = [j for j in range(len(fit.point)) if j not in fitter.linear]
@@ -160,25 +174,28 @@ class Draws:
         kept, ratio = list[tuple[np.ndarray, np.ndarray]](), math.inf
         for _ in range(_POPULATIONS):
             kept.append(self._population(*self._begin()))
-            least = min(sums[:, -1].min() for _, sums in kept) + _LOST * self.fit.variance
-            kept = [one for one in kept if one[1][:, -1].min() <= least]
-            points, sums = (np.concatenate(some) for some in zip(*kept, strict=True))
-            for point in self.fitter.best_of(self.fitter.tried, _MORE_FITS):
-                self.fitter.fit(point, 1.0, _STEPS)
-            around, drawn = self._around(1.0), []
-            for _ in range(_LAST_SWEEPS):
-                self._move(points, sums, len(self.nodes), around)
-                drawn.append(np.split(points.copy(), len(kept)))
-            each = np.concatenate(drawn[_LAST_SWEEPS // 2 :], axis=1)
-            kept = list(zip(drawn[-1], np.split(sums, len(kept)), strict=True))
-            if len(kept) > 1:
-                means = each[..., self.free].mean(axis=1)
-                within = each[..., self.free].var(axis=1).mean(axis=0)
-                # Populations of one point each agree with nothing.
-                ratio = 1.0 + float((means.var(axis=0, ddof=1) / np.maximum(within, 1e-300)).max())
-                if ratio < AGREE:
-                    break
+            costs = [float(sums[:, -1].min()) for _, sums in kept]
+            most = min(costs) + _LOST * self.fit.variance
+            kept = [one for one, cost in zip(kept, costs, strict=True) if cost <= most]
+            each, kept = self._mixed(kept)
+            ratio = _spread_of_means(each[..., self.free])
+            if ratio < AGREE:
+                break
         return np.concatenate(each), ratio
+
+    def _mixed(
+        self, kept: list[tuple[np.ndarray, np.ndarray]]
+    ) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
+        """Draws of each population while all move together, and their last points and sums."""
+        points, sums = (np.concatenate(some) for some in zip(*kept, strict=True))
+        for point in self.fitter.best_of(self.fitter.tried, _MORE_FITS):
+            self.fitter.fit(point, 1.0, _STEPS)
+        around, drawn = self._around(1.0), []
+        for _ in range(_LAST_SWEEPS):
+            self._move(points, sums, len(self.nodes), around)
+            drawn.append(np.split(points.copy(), len(kept)))
+        last = list(zip(drawn[-1], np.split(sums, len(kept)), strict=True))
+        return np.concatenate(drawn[_LAST_SWEEPS // 2 :], axis=1), last
 
     def _population(
         self, points: np.ndarray, sums: np.ndarray, logs: np.ndarray, reach: float
@@ -204,9 +221,9 @@ class Draws:
                         low = middle
             which = self._repeated(weights(reach), _POINTS)
             points, sums, logs = points[which], sums[which], np.zeros(_POINTS)
-            moved = 0
             if reach == whole:
                 return points, sums
+            moved = 0
             for _ in range(_SWEEPS):
                 moved += self._move(points, sums, reach)
                 if moved >= _MOVED * _POINTS:
@@ -259,14 +276,28 @@ class _Around:
 
     def logs(self, places: np.ndarray) -> np.ndarray:
         """Logarithms of the density at places, but for a constant."""
-        density = np.zeros(len(places))
-        for centre, root in zip(self.centres, self.roots, strict=True):
-            off = np.linalg.solve(root, (places - centre).T)
-            heights = (1.0 + (off**2).sum(axis=0) / self.tails) ** (
-                -0.5 * (self.tails + len(centre))
-            )
-            density += heights / abs(np.linalg.det(root))
-        return np.log(density)  # type: ignore[no-any-return]
+        offsets = (places - self.centres[:, None]).transpose(0, 2, 1)
+        squares = (np.linalg.solve(self.roots, offsets) ** 2).sum(axis=1)
+        power = -0.5 * (self.tails + places.shape[1])
+        heights = (1.0 + squares / self.tails) ** power / self.sizes[:, None]
+        return np.log(heights.sum(axis=0))  # type: ignore[no-any-return]
+
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """Volumes over which they are spread, but for a constant."""
+        return abs(np.linalg.det(self.roots))  # type: ignore[no-any-return]
+
+
+def _spread_of_means(each: np.ndarray) -> float:
+    """Variance of all draws over that within populations, the largest one of the unknowns.
+
+    The draws of each population have shape (populations, draws, unknowns).
+    """
+    if len(each) == 1:
+        return math.inf
+    # Populations of one point each agree with nothing.
+    within = np.maximum(each.var(axis=1).mean(axis=0), 1e-300)
+    return 1.0 + float((each.mean(axis=1).var(axis=0, ddof=1) / within).max())
 
 
 def _worth(logs: np.ndarray) -> float:

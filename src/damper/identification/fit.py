@@ -412,8 +412,7 @@ class Fitter:
         """Points that the records leave possible, all as probable; the best ones are fitted."""
         if fit.variance <= _EXACT:
             return fit.point[None]
-        draws = Draws(self, fit)
-        points, self.spread_of_means = draws.draw()
+        points, self.spread_of_means = Draws(self, fit).draw()
         some = fit.jacobian[:, self.linear]
         noise = np.random.default_rng(0).standard_normal((len(points), len(some)))
         points[:, self.linear] += math.sqrt(fit.variance) * noise @ np.linalg.pinv(some).T

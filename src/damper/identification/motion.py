@@ -125,9 +125,9 @@ class Piece:
 
     def at(self, times: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
         """As `ComputedMotion.at`, within it; without derivatives no acceleration."""
-        which = min(order, 1)
         if not self.changes.size:
-            return self.moving(times)[:, which], np.empty((len(times), 0))
+            return self.moving(times)[:, order], np.empty((len(times), 0))
+        which = min(order, 1)
         weights = _between((2.0 * times - self.begin - self.end) / self.length, self.count)
         if order == 2:
             weights = weights @ _slopes(self.count) * (2.0 / self.length)
@@ -216,16 +216,15 @@ class _Plain(ComputedMotion):
     count = 0
 
     def __init__(self, walk: _Walk, rows: np.ndarray) -> None:
-        units, self.trajectory = walk.units, walk.trajectory
-        self.walk, self.rows = walk, rows[rows[:, DURATION] > 0.0]
-        self.sizes = np.array([units.length, units.speed])
+        units, self.walk = walk.units, walk
         begins = rows[:, PERIODS] * walk.trajectory.cycle + rows[:, TIME]
         struck = rows[:, CAUSE] == IMPACT
         struck[0] = False
         hit = units.time * begins, rows[:, SIDE], units.speed * rows[:, SPEED]
         self.impacts = list(zip(*(column[struck].tolist() for column in hit), strict=True))
         self.later = [np.empty(0)] * len(self.impacts)
-        self.begins = begins[rows[:, DURATION] > 0.0]
+        lasting = rows[:, DURATION] > 0.0
+        self.rows, self.begins = rows[lasting], begins[lasting]
 
     @cached_property
     def pieces(self) -> list[Piece]:  # type: ignore[override]
@@ -256,7 +255,9 @@ class _Plain(ComputedMotion):
 
     def _velocities(self, which: np.ndarray, taus: np.ndarray) -> np.ndarray:
         """Displacement and velocity at times after the start of rows."""
-        return self.sizes * self.trajectory.motions_in(self.rows, taus, which)[:, :2]  # type: ignore[no-any-return]
+        units = self.walk.units
+        found = self.walk.trajectory.motions_in(self.rows, taus, which)[:, :2]
+        return found * [units.length, units.speed]
 
 
 def run_motion(
