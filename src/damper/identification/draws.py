@@ -103,7 +103,8 @@ class Draws:
 
     def _inside(self, point: np.ndarray) -> bool:
         """Whether a point is in the allowed ranges."""
-        return bool((point == np.clip(point, *self.fitter.bounds)).all())
+        low, high = self.fitter.bounds
+        return bool(((low <= point) & (point <= high)).all())
 
     def chances(self, sums: np.ndarray, reach: float) -> np.ndarray:
         """Logarithms of the probabilities of points where the data reach to a node."""

@@ -449,7 +449,11 @@ class Fitter:
 
 def _of_each(records: Sequence[Recording], values: np.ndarray) -> list[np.ndarray]:
     """Values of all records, as those of each."""
-    return np.split(values, np.cumsum([len(record.times) for record in records])[:-1])
+    found, end = [], 0
+    for record in records:
+        begin, end = end, end + len(record.times)
+        found.append(values[begin:end])
+    return found
 
 
 def _step(j: int, count: int) -> float:

@@ -216,15 +216,26 @@ class _Plain(ComputedMotion):
     count = 0
 
     def __init__(self, walk: _Walk, rows: np.ndarray) -> None:
-        units, self.walk = walk.units, walk
-        begins = rows[:, PERIODS] * walk.trajectory.cycle + rows[:, TIME]
-        struck = rows[:, CAUSE] == IMPACT
-        struck[0] = False
-        hit = units.time * begins, rows[:, SIDE], units.speed * rows[:, SPEED]
-        self.impacts = list(zip(*(column[struck].tolist() for column in hit), strict=True))
-        self.later = [np.empty(0)] * len(self.impacts)
-        lasting = rows[:, DURATION] > 0.0
-        self.rows, self.begins = rows[lasting], begins[lasting]
+        self.walk, self.log = walk, rows
+        self.rows = rows[rows[:, DURATION] > 0.0]
+        self.begins = self._begins(self.rows)
+
+    def _begins(self, rows: np.ndarray) -> np.ndarray:
+        """Times at which rows begin."""
+        return rows[:, PERIODS] * self.walk.trajectory.cycle + rows[:, TIME]  # type: ignore[no-any-return]
+
+    @cached_property
+    def impacts(self) -> list[tuple[float, float, float]]:  # type: ignore[override]
+        """Time, side and approach speed of each."""
+        units, hits = self.walk.units, self.log[1:]
+        hits = hits[hits[:, CAUSE] == IMPACT]
+        found = units.time * self._begins(hits), hits[:, SIDE], units.speed * hits[:, SPEED]
+        return list(zip(*(column.tolist() for column in found), strict=True))
+
+    @cached_property
+    def later(self) -> list[np.ndarray]:  # type: ignore[override]
+        """No derivatives of them."""
+        return [np.empty(0)] * len(self.impacts)
 
     @cached_property
     def pieces(self) -> list[Piece]:  # type: ignore[override]
@@ -317,10 +328,7 @@ class _Walk:
         self.units, self.model = parameters.units, trajectory.model
         self.trajectory, self.directions = trajectory, directions
         self.several = trajectory.columns > COLUMNS
-        self.changes = np.column_stack(
-            [d.start for d in directions] or [np.empty((len(vector(trajectory.initial)), 0))]
-        )
-        self.shape = self.changes.shape
+        self.changes = np.column_stack([d.start for d in directions] or [np.empty((0, 0))])
         rate = max(1.0, float(rate_of(self.model.free.forcing)))
         self.rate = max(rate, 2.0 * parameters.dimensionless.damping_ratio)
         self.length = np.array([d.length for d in directions])

@@ -161,7 +161,9 @@ class RecordedDamper:
     def check(self, point: np.ndarray) -> None:
         """Raise TypeError or ValueError where no record can be run at all."""
         for k, record in enumerate(self.records):
-            self.start(self.values_of(point, k), record.begins or 0.0)
+            values = self.values_of(point, k)
+            damper_of(values)  # which also says what a quantity needs
+            self.start(values, record.begins or 0.0)
 
     def _name(self, what: str, name: str) -> str:
         """Return the name of a quantity in the damper's units."""
@@ -369,12 +371,14 @@ class RecordedDamper:
 
     def start(self, values: Mapping[str, Any], begins: float) -> tuple[Any, State]:
         """Return damper and dimensionless start of values."""
-        parameters = damper_of(values)
-        state = read_point(values).start() or State(0.0, 0.0, 0.0, 0.0)
+        point = read_point(values)
+        parameters, state = point.given, point.start() or State(0.0, 0.0, 0.0, 0.0)
         if "several" in parameters.dimensionless.features and not isinstance(state.y, tuple):
             each = len(parameters.dimensionless.each)
             state = replace(state, y=(state.y,) * each, u=(state.u,) * each)
-        return parameters, replace(state, time=begins / parameters.units.time)
+        if begins:
+            state = replace(state, time=begins / parameters.units.time)
+        return parameters, state
 
     # Comparison.
 
@@ -400,7 +404,8 @@ class RecordedDamper:
                 changes = np.zeros((count, len(point)))
             if derivatives and (self.differences or not self.fine):
                 self._by_differences(point, k, values, changes)
-            missed = np.nan_to_num(values - record.values[:count])
+            missed = values - record.values[:count]
+            missed[np.isnan(missed)] = 0.0
             found.append((missed / self.noise[k], changes / self.noise[k]))
         return np.concatenate([r for r, _ in found]), np.concatenate([j for _, j in found])
 

@@ -118,6 +118,8 @@ class Quantity:
         TypeError
             Not a real number.
         """
+        if type(value) is float and self.holds(value):
+            return value
         if self.words and isinstance(value, str):
             value = self.number_of(value)
         number = real(self.name, number_in(self.name, value, [self.units]))

@@ -1,7 +1,7 @@
 """The state that a run starts from, and the quantities by which a study gives it."""
 
 from collections.abc import Callable, Mapping, Set
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 from damper.parameters.names import counted
@@ -41,15 +41,14 @@ class State:
     time: float = 0.0
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            several = field.name != "time" and hasattr(value, "__len__")
+        own = self.__dict__
+        for name, value in own.items():
+            several = name != "time" and hasattr(value, "__len__")
             if several and not isinstance(value, str | bytes | Mapping | Set):
-                names = (f"{field.name}[{k}]" for k in range(len(value)))
-                checked: Any = tuple(map(finite, names, value))
+                names = (f"{name}[{k}]" for k in range(len(value)))
+                own[name] = tuple(map(finite, names, value))
             else:
-                checked = finite(field.name, value)
-            object.__setattr__(self, field.name, checked)
+                own[name] = finite(name, value)
 
     def of_each(self, count: int) -> tuple[list[float], list[float]]:
         """Displacements and velocities of so many free masses."""

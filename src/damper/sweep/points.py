@@ -26,6 +26,8 @@ class Point(NamedTuple):
     initial: Mapping[str, float]
     """Initial quantities that are given, dimensionless."""
     primary: str
+    given: Parameters | SIParameters
+    """The damper in the units in which it is given."""
 
     def start(self) -> State | None:
         """Return the initial state, or None for rest with the free mass at the centre.
@@ -105,8 +107,8 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     if primary not in PRIMARY_STARTS:
         raise ValueError(f"primary = {primary!r}: must be one of {', '.join(PRIMARY_STARTS)}")
     kind, names, own, given = language(tuple(values))
-    scaled = kind.unchecked(**arguments(kind, names, own, values))
-    parameters, units = scaled.dimensionless, scaled.units
+    damper = kind.unchecked(**arguments(kind, names, own, values))
+    parameters, units = damper.dimensionless, damper.units
     initial = {
         name: check_quantity(name, values[name]) / units.size(ALL[name].units) for name in given
     }
@@ -133,7 +135,7 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
                     "one of the two must go"
                 )
         steady_state(parameters)
-    return Point(parameters, units, initial, primary)
+    return Point(parameters, units, initial, primary, damper)
 
 
 def thrown_back(place: float) -> float:
