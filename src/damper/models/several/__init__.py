@@ -155,7 +155,10 @@ def _first_event(model, s, start, tail):
         return abs(float(s.bodies[tail, ACCUMULATION])), -1, 0.0, 1, False, False
     limit = min(HORIZON, horizon(start.osc.forcing, start.primary.phase))
     last, first, side, steps, gave_up, stops = limit, -1, 0.0, 1, False, False
-    for k in range(len(s.bodies)):
+    # After the one that seems the first, the others hardly need more than that they come later.
+    count, soonest = len(s.bodies), _soonest(model, s.bodies)
+    for j in range(count):
+        k = soonest + j if soonest + j < count else soonest + j - count
         m, b = mass_at(model, k), body_in(s.bodies, k)
         found = next_event(model.friction, model.single, m, b, start, last, 0.0, 0.0)
         steps += found.steps
@@ -166,6 +169,18 @@ def _first_event(model, s, start, tail):
         elif abs(found.side) == 1.0 and found.tau <= last and (first < 0 or found.tau < last):
             last, first, side, stops = found.tau, k, found.side, found.stops
     return last, first, side, steps, gave_up, stops
+
+
+@compiled
+def _soonest(model, bodies):
+    """Number of the mass that would be the first at a wall if the rates stayed as they are."""
+    first, least = 0, math.inf
+    for k in range(len(bodies)):
+        gap, rate = float(bodies[k, GAP]), float(bodies[k, RATE])
+        way = -gap if rate < 0.0 else 2.0 * float(model.masses[k, CLEARANCE]) - gap
+        if rate != 0.0 and way / rate < least:
+            first, least = k, way / rate
+    return first
 
 
 @compiled
