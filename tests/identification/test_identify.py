@@ -490,7 +490,9 @@ def test_files(tmp_path):
     ("asked", "message"),
     [
         ({"free": ["gaap"]}, "unknown name in free 'gaap' (did you mean 'gap'?)"),
+        ({"free": ["frction"]}, "unknown name in free 'frction' (did you mean 'friction'?)"),
         ({"free": []}, "free: must name one unknown"),
+        ({"free": ["r", "d"]}, "records: 3 data for 3 unknowns (restitution, gap, offset): must"),
         ({"free": ["r", "restitution"]}, "names one quantity twice"),
         ({"free": ["gravity"]}, "gravity is free: must have a value, a start or a range"),
         ({"free": ["r"], "starts": {"gap": 0.01}}, "starts: gap is not free"),
@@ -556,5 +558,9 @@ def test_command(tmp_path):
     done = CliRunner().invoke(main, [*given, "--start", "r"])
     assert done.exit_code == 1
     assert "--start r: must be NAME=VALUE" in done.output
+    done = CliRunner().invoke(main, ["identify", str(tmp_path / "gold.csv"), *given[2:]])
+    assert "gold.csv: there is no such file; did you mean 'golf.csv'?" in done.output
+    done = CliRunner().invoke(main, ["identify", str(tmp_path / "x/golf.csv"), *given[2:]])
+    assert f"golf.csv: there is no folder {tmp_path / 'x'}" in done.output
     done = CliRunner().invoke(main, [*given, "--range", "gap=5mm:9kg"])
     assert "gap = '9kg': has the unit 'kg': must be a number in m" in done.output

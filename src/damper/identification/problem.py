@@ -159,7 +159,14 @@ class RecordedDamper:
         self.noise = [record.noise or self.size(k) for k, record in enumerate(records)]
 
     def check(self, point: np.ndarray) -> None:
-        """Raise TypeError or ValueError where no record can be run at all."""
+        """Raise TypeError or ValueError where records are too short, or one cannot be run."""
+        count = sum(len(record.times) for record in self.records)
+        if count <= len(self.unknowns):
+            labels = ", ".join(unknown.label for unknown in self.unknowns)
+            raise ValueError(
+                f"records: {count} data for {len(self.unknowns)} unknowns ({labels}): must be more "
+                "data than unknowns"
+            )
         for k, record in enumerate(self.records):
             values = self.values_of(point, k)
             damper_of(values)  # which also says what a quantity needs
@@ -173,7 +180,7 @@ class RecordedDamper:
         if found not in allowed and self.si:
             found = SI_NAME.get(found, found)
         if found not in allowed:
-            raise unknown_name(f"name in {what}", name, allowed)
+            raise unknown_name(f"name in {what}", name, allowed, SI_NAME if self.si else ())
         return found
 
     def _check_units(self) -> None:

@@ -88,11 +88,13 @@ def nearest(name: str, names: Iterable[str]) -> str:
     return folded[close[0]] if close else ""
 
 
-def unknown_name(what: str, name: object, names: Iterable[str]) -> TypeError:
-    """Return the error for an unknown `name`, with `names` and the nearest of them."""
+def unknown_name(
+    what: str, name: object, names: Iterable[str], others: Iterable[str] = ()
+) -> TypeError:
+    """Return the error for an unknown `name`, with `names` and the nearest of them or of others."""
     names = list(names)
     if isinstance(name, str) and name in REPLACED:
         return TypeError(f"unknown {what} {name!r}: write {REPLACED[name]}")
-    near = nearest(name, names) if isinstance(name, str) else ""
+    near = nearest(name, [*names, *others]) if isinstance(name, str) else ""
     hint = f" (did you mean {near!r}?)" if near else ""
     return TypeError(f"unknown {what} {name!r}{hint}: must be one of {', '.join(names) or 'none'}")

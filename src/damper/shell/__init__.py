@@ -7,7 +7,8 @@ import subprocess
 import sys
 import warnings
 import webbrowser
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +101,34 @@ velocity v. With --csv they go into a file, with --plot the motion is drawn inst
 {example}"""
 
 
+@contextmanager
+def _in_words() -> Iterator[None]:
+    """Say an error of the user's in one message."""
+    try:
+        yield
+    except Exception as error:
+        from damper.study.yaml_file import ConfigError
+
+        if isinstance(error, OSError) and error.filename:
+            raise click.ClickException(_of_file(error)) from None
+        if isinstance(error, ValueError | TypeError | OSError | ConfigError):
+            raise click.ClickException(str(error)) from None
+        raise
+
+
+def _of_file(error: OSError) -> str:
+    """Say why a file cannot be used, and which one beside it was probably meant."""
+    from damper.study.yaml_file import unreadable
+
+    path = Path(os.fsdecode(error.filename))
+    if not isinstance(error, FileNotFoundError):
+        return f"{path}: {error.strerror}"
+    if not path.parent.is_dir():
+        return f"{path}: there is no folder {path.parent}"
+    told, near = unreadable(path, error)
+    return f"{path}: {told}" + (f"; did you mean {near!r}?" if near else "")
+
+
 def _events_command(name: str, kind: Any, unit: str, time: str, example: str) -> None:
     """Add a command that prints the events of a damper."""
 
@@ -113,11 +142,9 @@ def _events_command(name: str, kind: Any, unit: str, time: str, example: str) ->
     @click.option("--csv", type=click.Path(dir_okay=False), help="Write all events here.")
     @click.option("--plot", type=click.Path(dir_okay=False), help="Draw the motion into this file.")
     def command(until: float, csv: str | None, plot: str | None, **values: Any) -> None:
-        try:
+        with _in_words():
             parameters = kind(**{k: v for k, v in values.items() if v not in (None, ())})
             _show(parameters, until, csv, plot)
-        except (ValueError, TypeError, OSError) as error:
-            raise click.ClickException(str(error)) from None
 
 
 _events_command(
@@ -217,10 +244,9 @@ def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> 
     from damper.sizing.answer import design, machine_from, opening
     from damper.sizing.page import prepare
     from damper.sizing.structures import structure_machine
-    from damper.study.yaml_file import ConfigError
 
     over = {k: v for k, v in given.items() if v is not None}
-    try:
+    with _in_words():
         asked = structure_machine(machine, over) or machine_from(machine, over)
         folder = None if output is None else Path(path_of(output, "output", "folder"))
         older = prepare(folder, [machine, *asked.records]) if folder else []
@@ -230,8 +256,6 @@ def size(machine: str | None, quick: bool, output: str | None, **given: Any) -> 
         click.echo(repr(found).removeprefix(f"{first}\n"))
         if folder:
             found.save(folder)
-    except (ValueError, TypeError, OSError, ConfigError) as error:
-        raise click.ClickException(str(error)) from None
     if folder:
         click.echo(f"Page: {folder / 'design.html'}")
     if older:
@@ -255,14 +279,11 @@ def fmu(machine: str, output: str | None, **given: float | None) -> None:
     damper fmu machine.yaml --free-mass 10kg --gap 1mm --output machine.fmu
     """
     from damper.fmu.build import NEEDS, build_fmu
-    from damper.study.yaml_file import ConfigError
 
     path = Path(output or Path(machine).with_suffix(".fmu").name)
-    try:
+    with _in_words():
         sizes = {name: value for name, value in given.items() if value is not None}
         drive, begin = build_fmu(machine, path, sizes)
-    except (ValueError, TypeError, OSError, ConfigError) as error:
-        raise click.ClickException(str(error)) from None
     click.echo("".join(f"{name:<21}{value:g}\n" for name, value in begin.items()), nl=False)
     click.echo(f"FMU: {path}, driven by {drive}; the machine that imports it needs {NEEDS}")
 
@@ -319,9 +340,8 @@ def identify(
     """
     from damper.identification.page import FILES
     from damper.sizing.page import prepare
-    from damper.study.yaml_file import ConfigError
 
-    try:
+    with _in_words():
         if output:
             prepare(Path(output), [machine, *records], FILES)
         found = damper.identify(
@@ -337,8 +357,6 @@ def identify(
         if output:
             found.save(output)
             click.echo(f"Page: {Path(output, 'identification.html')}")
-    except (ValueError, TypeError, OSError, ConfigError) as error:
-        raise click.ClickException(str(error)) from None
 
 
 @main.command()
