@@ -137,6 +137,7 @@ def test_impacts_hide_the_same_samples_of_every_run():
     assert (own != asked.hidden[0]).any()
 
 
+@pytest.mark.compiled
 def test_all_that_was_tried_has_the_noise_that_was_found(monkeypatch):
     """Records of two kinds: the noise of each is found late, and what was tried before counts."""
     monkeypatch.setattr("damper.identification.draws._POINTS", 20)
@@ -167,6 +168,7 @@ def test_all_that_was_tried_has_the_noise_that_was_found(monkeypatch):
     assert high[0] - low[0] < 0.05 < 0.75 - 0.45
 
 
+@pytest.mark.compiled
 def test_a_ball_on_a_floor_by_the_law_of_free_fall():
     r, height = 0.83, 1.1
     times = 2.0 * math.sqrt(2.0 * height / 9.81) * r ** np.arange(1, 8)
@@ -177,6 +179,7 @@ def test_a_ball_on_a_floor_by_the_law_of_free_fall():
     assert 5.0 * (1.0 + found["initial_position"]) == pytest.approx(height, rel=1e-4)
 
 
+@pytest.mark.compiled
 def test_measured_tennis_ball():
     # A university's laboratory course: means of five drops, known to some 2 ms.
     record = damper.Recording([0.5007, 0.3805, 0.2895, 0.2303], kind="intervals")
@@ -291,6 +294,7 @@ def test_populations_that_differ_are_said(monkeypatch):
 def test_a_known_table_and_its_study(tmp_path, monkeypatch):
     """A table of a mass as a file beside the machine's; its study has the rows, and runs."""
     monkeypatch.setattr("damper.identification.fit._ROUNDS", ((20, 1), (20, 1)))
+    monkeypatch.setattr("damper.identification.draws._DRAWS", (60, 60))
     rows = [[0.5, 0.9], [5.0, 0.75]]
     (tmp_path / "law.csv").write_text("speed (m/s),r\n0.5,0.9\n5,0.75\n")
     table = {"restitution_table": "law.csv"}
@@ -311,6 +315,8 @@ def test_a_known_table_and_its_study(tmp_path, monkeypatch):
 @pytest.mark.compiled
 def test_decay_page_and_study(tmp_path, monkeypatch):
     monkeypatch.setattr("damper.identification.fit._ROUNDS", ((50, 2), (50, 2)))
+    monkeypatch.setattr("damper.identification.draws._POINTS", 50)
+    monkeypatch.setattr("damper.identification.draws._DRAWS", (150, 150))
     times, values, _ = decay(0.5, 201)
     noise = 2e-5 * np.random.default_rng(2).standard_normal(len(times))
     path = tmp_path / "decay.csv"
@@ -545,6 +551,7 @@ def test_records_are_checked(given, message):
     assert message in str(error.value)
 
 
+@pytest.mark.compiled
 def test_command(tmp_path):
     (tmp_path / "golf.csv").write_text("interval (s)\n0.8396\n0.7503\n0.6723\n0.6018\n")
     floor = FLOOR | {"initial_position": -0.78, "free_mass": "1000 g", "gap": "1000 cm"}
