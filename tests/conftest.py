@@ -28,7 +28,7 @@ FIRST = (
 #: longer than short runs, and the bytes are the same (tests/engine/test_compiled.py). A test of
 #: long runs is marked `compiled`; those that are `exhaustive` are all long.
 PLAIN = (
-    *("src/damper/fmu/", "src/damper/identification/"),
+    "src/",
     *("tests/analysis/", "tests/engine/", "tests/figures/", "tests/identification/"),
     *("tests/models/", "tests/notebook/", "tests/study/", "tests/sweep/", "tests/theory/"),
     *(f"tests/observers/test_{name}.py" for name in ("bodies", "decay", "laws", "lyapunov")),
