@@ -291,6 +291,14 @@ def test_a_kept_point_stands_beside_the_next(browser: Browser) -> None:
     assert "kept" not in browser.value(peak)
 
 
+def test_a_page_that_draws_no_picture_computes(browser: Browser) -> None:
+    """As in a tab that nobody sees."""
+    browser.value("window.drawn = requestAnimationFrame, window.requestAnimationFrame = () => 0")
+    enter(browser, "diagram", "0.7")
+    assert said(browser, "diagram", "0.7")
+    browser.value("window.requestAnimationFrame = window.drawn")
+
+
 def test_what_is_a_picture_says_what_it_shows(browser: Browser) -> None:
     pictures = "[...document.querySelectorAll('[role=img]')]"
     assert browser.value(f"{pictures}.length") >= len(SETTINGS)

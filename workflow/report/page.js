@@ -171,8 +171,14 @@ const PLOT = { responsive: true, displayModeBar: innerWidth > 700 && "hover", di
 const download = (name, rows) => element("a", { download: name, href: URL.createObjectURL(new Blob(
   [rows.map((row) => `${row.map((cell) => /[",]/.test(cell) ? `"${cell}"` : cell).join()}\n`).join("")])) }).click();
 
-// After the next picture of the page: what takes long need not hold up the motion.
-const painted = (then) => new Promise((go) => requestAnimationFrame(() => setTimeout(go))).then(then);
+// In the next picture of the page, or soon where none is drawn, as in a tab that nobody sees.
+const next_picture = (then) => {
+  const once = () => { const go = then; then = null; go?.(); };
+  requestAnimationFrame(once);
+  setTimeout(once, 500);
+};
+// After it: what takes long need not hold up the motion.
+const painted = (then) => new Promise((go) => next_picture(() => setTimeout(go))).then(then);
 
 damper.draw = (place) => {
   const data = damper.figures[place.dataset.figure], map = data.kind === "map";
@@ -418,7 +424,7 @@ damper.draw = (place) => {
   // as well, and what that reads of the page should not have changed.
   const follow = (moves) => {
     const mine = ++asked;
-    requestAnimationFrame(() => mine === asked && compute(mine, moves));
+    next_picture(() => mine === asked && compute(mine, moves));
   };
   const compute = async (mine, moves) => {
     painted(() => {
@@ -693,7 +699,7 @@ const machine = () => {
     + `${Number(found.impacts.toPrecision(3))} impacts per cycle. The closed form for a light mass asks for a gap of ${mm(found.gap)}, and leaves ${mm(found.best)}. `
     + "damper design sizes it over a band, with tolerances.";
 };
-own?.addEventListener("input", () => requestAnimationFrame(machine));
+own?.addEventListener("input", () => next_picture(machine));
 own?.addEventListener("submit", (event) => event.preventDefault());
 if (own) addEventListener("load", () => setTimeout(machine));
 
