@@ -332,6 +332,7 @@ def test_decay_page_and_study(tmp_path, monkeypatch):
     assert found.rms["decay.csv"] == pytest.approx(2e-5, rel=0.1)
     assert not found.warnings
     assert "95 % interval" in repr(found)
+    assert f"decay.csv: rms residual {1e3 * found.rms['decay.csv']:.3g} mm" in repr(found)
     found.save(tmp_path / "page")
     html = (tmp_path / "page" / "identification.html").read_text()
     assert "<svg" in html
