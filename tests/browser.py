@@ -26,6 +26,8 @@ class Browser:
         self._from, from_browser = os.pipe()
         self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         options = "--headless --no-sandbox --disable-gpu --remote-debugging-pipe --hide-scrollbars"
+        # A page that counts as hidden draws no more pictures.
+        options += " --disable-backgrounding-occluded-windows --disable-renderer-backgrounding"
         # The protocol's pipes are 3 and 4 of the browser.
         pipes = [fcntl.fcntl(pipe, fcntl.F_DUPFD, 10) for pipe in (to_browser, from_browser)]
         self._process = subprocess.Popen(
