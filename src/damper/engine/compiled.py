@@ -203,6 +203,8 @@ _WRITEABLE, _C_ORDER, _FORTRAN_ORDER = 0x400, 0x1, 0x2
 #: Class of a NamedTuple -> for each structure of its instances: a function that lists the types
 #: that may differ, these types, and the text of all types.
 _structures: dict[type, list[tuple[Callable[[tuple], list], list, str]]] = {}
+#: The last instance, and its text: a run calls several functions with one model.
+_last_kind: tuple[object, str] = (None, "")
 
 
 class _Plain(threading.local):
@@ -408,14 +410,19 @@ def _kinds(arguments: tuple) -> tuple:
 
 
 def _kind(argument: Any) -> Any:
+    global _last_kind
     kind = type(argument)
     if kind is np.ndarray:
         flags = argument.flags.num
         order = _C_ORDER if flags & _C_ORDER else _FORTRAN_ORDER
         return argument.dtype, argument.ndim, flags & (_WRITEABLE | order)
+    known = _last_kind
+    if known[0] is argument:
+        return known[1]
     for list_types, types, text in _structures.get(kind, ()):
         try:
             if list_types(argument) == types:
+                _last_kind = argument, text
                 return text
         except (LookupError, TypeError):
             continue  # another structure, without all of these parts

@@ -81,7 +81,7 @@ class Trajectory:
         self.units = NO_UNITS
         self.status = FINISHED
         moving = *primary_in(model, state), *masses_in(model, state)
-        self._sizes = [np.size(part) for part in moving]
+        self._moving = moving
         _write_initial(model, self._state, *self.start, *moving)
 
     @property
@@ -152,7 +152,7 @@ class Trajectory:
         self, row: np.ndarray, times: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """`state_in` at many times: arrays with a row each."""
-        x, v, y, u = (np.empty((len(times), size)) for size in self._sizes)
+        x, v, y, u = (np.empty((len(times), size)) for size in map(np.size, self._moving))
         _states(self.model, row, times, x, v, y, u)
         return x, v, y, u
 

@@ -228,10 +228,12 @@ class QuantityClass:
     quantities: ClassVar[tuple[Quantity, ...]]
     """Every quantity, in the order of the fields."""
     _init: ClassVar[Callable[..., None]]
+    _names: ClassVar[tuple[str, ...]]
     _checks: ClassVar[tuple[tuple[str, object, Callable[[float], float], bool], ...]]
 
     def __init_subclass__(cls, shares: "type[QuantityClass] | None" = None) -> None:
         dataclass(frozen=True, repr=False)(cls)
+        cls._names = tuple(f.name for f in fields(cls))  # type: ignore[arg-type]
         known = {q.name: q for q in shares.quantities} if shares else {}
         numbers = [f for f in fields(cls) if f.type in (float, "float")]  # type: ignore[arg-type]
         made = {f.name: _quantity_of(f, known) for f in numbers}
@@ -265,7 +267,7 @@ class QuantityClass:
 
     def replaced(self, **changed: Any) -> Self:
         """Return this with some other values, checked; their names are known to be right."""
-        own: dict[str, Any] = {f.name: self.__dict__[f.name] for f in fields(self)}  # type: ignore[arg-type]
+        own = {name: self.__dict__[name] for name in self._names}
         return self.unchecked(**own | changed)
 
     @classmethod

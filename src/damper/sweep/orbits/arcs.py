@@ -212,7 +212,9 @@ def vector(state: State) -> np.ndarray:
 
 def components(x: Any, v: Any, y: Any, u: Any) -> np.ndarray:
     """As `vector`."""
-    return np.column_stack([np.append(x, y), np.append(v, u)]).ravel()
+    found = np.empty(2 * (np.size(x) + np.size(y)))
+    found[::2], found[1::2] = np.append(x, y), np.append(v, u)
+    return found
 
 
 def state_of(vector: np.ndarray, time: float = 0.0, coordinates: int = 1) -> State:
@@ -292,18 +294,22 @@ def zero(
 def _sides(parameters: Parameters, state: np.ndarray) -> np.ndarray:
     """Wall at which each free mass has joined the primary; `RESTS` off them; 0 where it has not."""
     sides = np.zeros(len(parameters.each))
-    if parameters.model != "compliant":
-        first, boxes = first_mass(parameters), boxes_of(parameters)
-        places, speeds = state[first::2], state[first + 1 :: 2]
-        for k, (one, y, u) in enumerate(zip(parameters.each, places, speeds, strict=True)):
+    if parameters.model == "compliant":
+        return sides
+    first, values, roundoff = first_mass(parameters), state.tolist(), 0.0
+    x, v, *_ = values
+    boxes = boxes_of(parameters) if parameters.model == "structure" else None
+    for k, (one, y, u) in enumerate(
+        zip(parameters.each, values[first::2], values[first + 1 :: 2], strict=True)
+    ):
+        if boxes is not None:
             x, v = boxes[k] @ state[:first:2], boxes[k] @ state[1:first:2]
             # The velocity of a box is a sum, which has roundoff.
-            moves = u == v
-            if parameters.model == "structure":
-                moves = abs(u - v) <= TOUCHES * (abs(boxes[k]) @ abs(state[1:first:2]))
-            side = getattr(one, "walls", 0.0) or np.sign(y - x)
-            if moves and one.clearance - side * (y - x) <= slack(one.clearance, x, y):
+            roundoff = TOUCHES * (abs(boxes[k]) @ abs(state[1:first:2]))
+        if abs(u - v) <= roundoff:
+            side = getattr(one, "walls", 0.0) or float(np.sign(y - x))
+            if one.clearance - side * (y - x) <= slack(one.clearance, x, y):
                 sides[k] = side
-            elif moves and one.friction:
+            elif one.friction:
                 sides[k] = RESTS
     return sides
