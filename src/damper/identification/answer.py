@@ -97,13 +97,13 @@ class Identification:
 
     def __repr__(self) -> str:
         shown = pd.DataFrame(self.lines, columns=["quantity", "value", "95 % interval"])
-        noise = ", ".join(f"{label}: rms residual {rms}" for label, rms in self.noise.items())
+        noise = ", ".join(f"{label}: rms residual {rms}" for label, rms in self.rms_text.items())
         body = [f"! {text}" for text in self.warnings] + [shown.to_string(index=False), noise]
         return "\n".join([self.title, *body, *(f"- {text}" for text in self.assumed)])
 
     @property
-    def noise(self) -> dict[str, str]:
-        """Rms of the residual of each record, in words."""
+    def rms_text(self) -> dict[str, str]:
+        """Rms of the residual of each record, with its unit."""
         si = isinstance(self.parameters, SIParameters)
         units = {one.label: KINDS[one.kind][0] if si else "1" for one in self.records}
         return {label: text_of(rms, units[label]) for label, rms in self.rms.items()}

@@ -58,7 +58,7 @@ def _body(found: Identification) -> Iterator[str | pd.DataFrame]:
     yield "Least sum of squares where one quantity is off its value, over that of the fit."
     yield found.profile.map(lambda cell: f"{cell:.6g}" if isinstance(cell, float) else cell)
     yield "## What was assumed"
-    noise = [f"The residual of {label} has the rms {rms}." for label, rms in found.noise.items()]
+    noise = [f"The residual of {label} has the rms {rms}." for label, rms in found.rms_text.items()]
     yield "\n".join(f"- {text}" for text in (*noise, *found.assumed))
     names = ", ".join(f"studies/{name}.yaml" for name in found.studies)
     yield f"The result runs as {names}. All numbers are in the CSV files."

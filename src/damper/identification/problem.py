@@ -15,7 +15,6 @@ from damper.identification.motion import ComputedMotion, Direction, direction_of
 from damper.identification.recordings import KINDS, SAMPLED, TIMES, Recording
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.dampers import SI_NAME
-from damper.parameters.named import damper_of
 from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
 from damper.parameters.quantity import Quantity, finite
@@ -168,9 +167,7 @@ class RecordedDamper:
                 "data than unknowns"
             )
         for k, record in enumerate(self.records):
-            values = self.values_of(point, k)
-            damper_of(values)  # which also says what a quantity needs
-            self.start(values, record.begins or 0.0)
+            self.start(self.values_of(point, k), record.begins or 0.0)
 
     def _name(self, what: str, name: str) -> str:
         """Return the name of a quantity in the damper's units."""

@@ -192,6 +192,12 @@ def check_needs(quantities: Iterable[Quantity], given: Collection[str]) -> None:
             raise ValueError(f"{q.name} without {q.needs}: it has no effect; give both or none")
 
 
+def check_needs_of(damper: Any, given: Iterable[str]) -> None:
+    """As `check_needs`, with what single masses of a damper have of their own."""
+    of_masses = {name for mass in getattr(damper, "masses", None) or () for name, _ in mass}
+    check_needs(damper.quantities, {*given, *of_masses})
+
+
 def in_range(name: str, value: float, **limits: Any) -> float:
     """Return a finite number as float; `limits` and errors are those of `Quantity`.
 
@@ -295,19 +301,17 @@ def _check_names(kind: type[QuantityClass]) -> None:
     @wraps(plain)
     def init(self: Any, *values: Any, **named: Any) -> None:
         if "forcing" in named:
-            at = [f.name for f in fields(kind)][: len(values)]  # type: ignore[arg-type]
+            at = kind._names[: len(values)]
             free = kind.left_out(named["forcing"])
             named = {n: v for n, v in free.items() if n not in at} | named
         try:
             plain(self, *values, **named)
         except TypeError:
-            known = [f.name for f in fields(kind)]  # type: ignore[arg-type]
             for name in named:
-                if name not in known:
-                    raise unknown_name("parameter", name, known) from None
+                if name not in kind._names:
+                    raise unknown_name("parameter", name, kind._names) from None
             raise
-        of_masses = {name for mass in getattr(self, "masses", None) or () for name, _ in mass}
-        check_needs(kind.quantities, {*named, *of_masses})
+        check_needs_of(self, named)
 
     kind.__init__ = init  # type: ignore[method-assign]
     kind._init = plain

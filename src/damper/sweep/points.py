@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 from damper.models import box_motion
 from damper.models.walls import slack
 from damper.parameters import Parameters, SIParameters, State, Units
-from damper.parameters.named import arguments, completed, damper_of, language
+from damper.parameters.named import arguments, completed, language
 from damper.parameters.quantities import ALL, check_quantity
+from damper.parameters.quantity import check_needs_of
 from damper.parameters.state import require_state
 from damper.parameters.structural import StructureParameters
 from damper.parameters.warned import warn
@@ -108,6 +109,8 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
         raise ValueError(f"primary = {primary!r}: must be one of {', '.join(PRIMARY_STARTS)}")
     kind, names, own, given = language(tuple(values))
     damper = kind.unchecked(**arguments(kind, names, own, values))
+    if damper.masses is not None:
+        check_needs_of(damper, names)  # of all others `language` has asked this
     parameters, units = damper.dimensionless, damper.units
     initial = {
         name: check_quantity(name, values[name]) / units.size(ALL[name].units) for name in given
@@ -193,7 +196,7 @@ def one_run(
         raise ValueError("state stands alone: no initial quantities beside it")
     point = read_point(values)
     start = point.start()
-    return _asked_about(damper_of(values)), start.times(point.units) if start else state
+    return _asked_about(point.given), start.times(point.units) if start else state
 
 
 def _asked_about(parameters: Any) -> Any:
