@@ -349,8 +349,8 @@ class Parameters(QuantityClass):
                     f"frequency {fastest:g} sqrt(K/M); must be <= {LARGEST_FREQUENCY:g} sqrt(K/M)"
                 )
         asks = options or tabled or self.masses is not None or self.restitution == math.inf
-        # One value, not what follows from it: an object of more values than Python can share the
-        # names of takes four times the memory, and a sweep holds many.
+        # One value, not what follows from it: an object of more than thirty values takes four times
+        # the memory, as Python cannot share their names, and a sweep holds many.
         self.__dict__["_asks"] = asks or self.mass_ratio in _LIMITS
         if self.asks:
             check_together(self.__dict__)
@@ -390,11 +390,21 @@ class Parameters(QuantityClass):
                         "mass; give one mass"
                     )
 
-    @cached_property
+    @property
     def each(self) -> tuple["Parameters", ...]:
         """A damper with one free mass for each mass, also where there is no list of masses."""
-        if self.masses is None:
-            return (self,)
+        return (self,) if self.masses is None else self._own[0]
+
+    @cached_property
+    def _own(self) -> tuple[tuple["Parameters", ...], tuple[str, ...]]:
+        """Dampers of each of several masses, and the `features`.
+
+        At once, as Python shares the names of values that all dampers get in one order.
+        """
+        each = () if self.masses is None else self._make_each()
+        return each, self._find_features(each or (self,))
+
+    def _make_each(self) -> tuple["Parameters", ...]:
         made, common = [], {name: getattr(self, name) for pair in _FACTORS.items() for name in pair}
         for k, own in enumerate(self.masses):
             has = dict(own)
@@ -427,21 +437,22 @@ class Parameters(QuantityClass):
         """The first of `features`: the cost of an impact depends on it most."""
         return self.features[0]
 
-    @cached_property
+    @property
     def features(self) -> tuple[str, ...]:
         """All of `damper.models` that these parameters ask for: walls, count, support, friction."""
-        if not self.asks:
-            return ("rigid",)
+        return self._own[1] if self.asks else ("rigid",)
+
+    def _find_features(self, each: tuple["Parameters", ...]) -> tuple[str, ...]:
         asked = {*_asked(self.__dict__)} - _OF_EACH
         if self.masses is not None:
             asked.add("several")
-        if any(one.support_stiffness_ratio or one.support_damping_ratio for one in self.each):
+        if any(one.support_stiffness_ratio or one.support_damping_ratio for one in each):
             asked.add("grounded")
-        if self.rubs:
+        if any(one.friction for one in each):
             asked.add("sliding")
         return tuple(name for name in _ORDER if name in asked) or ("rigid",)
 
-    @cached_property
+    @property
     def rubs(self) -> bool:
         """Whether any free mass rubs on its box."""
         return any(one.friction for one in self.each)
@@ -456,7 +467,7 @@ class Parameters(QuantityClass):
         """Whether the free mass is a fixed stop."""
         return self.masses is None and self.mass_ratio == math.inf
 
-    @cached_property
+    @property
     def law(self) -> str:
         """Which of `damper.engine.impact.LAWS` these parameters ask for."""
         if not self.asks:
