@@ -9,6 +9,7 @@ import pytest
 from scenes import FORCES, SLOW, coupled_structure, scene_of
 
 from damper import Parameters, SIParameters, State, Structure, events
+from damper.models import model_of
 from damper.parameters.forcing import NoForce, Record
 from damper.verification.structures import exact_run
 
@@ -81,6 +82,20 @@ def test_events_agree_with_many_digits(name: str) -> None:
     assert hits["body"].tolist() == [e.body for e in wanted]
     assert hits["x"] == pytest.approx([float(e.x) for e in wanted], abs=5e-11)
     assert hits["v"] == pytest.approx([float(e.v) for e in wanted], abs=5e-11)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_constants_are_numbers_of_python(name: str) -> None:
+    """Code is compiled for each type of each number: NumPy's would need code of their own."""
+
+    def numbers(constants: Any) -> list[Any]:
+        if isinstance(constants, tuple):
+            return [one for part in constants for one in numbers(part)]
+        return [constants]
+
+    p, _ = SCENES[name]
+    found = numbers(model_of(p.dimensionless))
+    assert not [one for one in found if isinstance(one, np.generic)]
 
 
 def test_two_impacts_that_others_have_computed() -> None:

@@ -149,11 +149,15 @@ class Trajectory:
         return _state(self.model, row, float(tau))
 
     def states_in(
-        self, row: np.ndarray, times: np.ndarray
+        self, log: np.ndarray, times: np.ndarray, at: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """`state_in` at many times: arrays with a row each."""
+        """`state_in` at many times: arrays with a row each.
+
+        `log` is a row, or rows of which `at` gives that of each time.
+        """
         x, v, y, u = (np.empty((len(times), size)) for size in map(np.size, self._moving))
-        _states(self.model, row, times, x, v, y, u)
+        at = np.zeros(len(times), int) if at is None else at
+        _states(self.model, np.atleast_2d(log), at, times, x, v, y, u)
         return x, v, y, u
 
     def segments(
@@ -230,8 +234,12 @@ def _state(model, row, tau):
 
 
 @compiled
-def _states(model, row, times, x, v, y, u):
-    segment = read_segment(model, row)
-    begun = begin_samples(model, segment)
-    for k in range(len(times)):
-        x[k], v[k], y[k], u[k] = state_sample(model, segment, begun, float(times[k]))
+def _states(model, log, at, times, x, v, y, u):
+    k = 0
+    while k < len(times):
+        row = at[k]
+        segment = read_segment(model, log[row])
+        begun = begin_samples(model, segment)
+        while k < len(times) and at[k] == row:
+            x[k], v[k], y[k], u[k] = state_sample(model, segment, begun, float(times[k]))
+            k += 1

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -19,7 +18,7 @@ from damper.engine.compiled import compiled, plain
 from damper.engine.forcing import derivative_of, phase_at, rate_of
 from damper.engine.loop import FINISHED
 from damper.engine.model import read_segment
-from damper.engine.quadrature import FEWEST, NODES, REACH, WEIGHTS, nodes_for
+from damper.engine.quadrature import FEWEST, NODES, REACH, WEIGHTS
 from damper.engine.segment import CAUSE, DURATION, FLIGHT, IMPACT, PERIODS, TAIL, TIME
 from damper.engine.trajectory import Trajectory
 from damper.models.flights import rubbed_part
@@ -34,10 +33,14 @@ from damper.parameters.structure_results import RESULTS_OF_POINTS
 from damper.parameters.variables import SI_UNITS, STATUS
 from damper.sweep.runs import observed
 
-#: Largest reach (rate times length) of a part: that of 12 nodes.
-_REACH = float(REACH[12 - FEWEST])
+#: The rule of all parts, and the largest reach (rate times length) that it integrates.
+_RULE = 12
+_NODES, _WEIGHTS = NODES[_RULE - FEWEST, :_RULE], WEIGHTS[_RULE - FEWEST, :_RULE]
+_REACH = float(REACH[_RULE - FEWEST])
 #: Points between nodes at which a polynomial is taken, for each node.
 _FINE = 4
+#: Rules at a time: their numbers take less than their calls, and some megabytes.
+_AT_ONCE = 256
 #: Reading one row takes less time than to compile for it.
 _read, _part_within = plain(read_segment), plain(part_within)
 
@@ -54,6 +57,18 @@ class _Body(NamedTuple):
     """Its acceleration while it slides."""
     carried: float
     """Its acceleration by the shape of the force, where that moves the base."""
+
+
+class _Rules(NamedTuple):
+    """Gauss rules on parts of segments, an entry for each."""
+
+    row: np.ndarray
+    """Row of the log."""
+    begin: np.ndarray
+    """Time since the segment's start."""
+    step: np.ndarray
+    cycle: np.ndarray
+    """Cycle of the window."""
 
 
 class Measured:
@@ -96,7 +111,10 @@ class Measured:
             for one in p.each
         ]
         self._boxes = np.array([b.box for b in self._bodies])
+        self._masses = np.array([b.mass for b in self._bodies])
+        self._stiffnesses = np.array([b.stiffness for b in self._bodies])
         self._dampings = np.array([b.damping for b in self._bodies])
+        self._weights = np.array([b.mass * b.gravity for b in self._bodies])
         self._rubs = np.array([b.mass * b.friction for b in self._bodies])
         self._carried = np.array([b.mass * b.carried for b in self._bodies])
         self._to_modes = s.shapes.T @ s.mass
@@ -122,30 +140,39 @@ class Measured:
 
     def observe(self, log: np.ndarray) -> None:
         """Read the next piece of the log."""
-        model, cycle = self._trajectory.model, self._trajectory.cycle
-        for row in log:
-            segment = _read(model, row)
-            start, low, high = _part_within(segment, cycle, self._window)
-            if high < low:
-                continue
+        segments = [_read(self._trajectory.model, row) for row in log]
+        within = [_part_within(s, self._trajectory.cycle, self._window) for s in segments]
+        kept = [k for k, (_, low, high) in enumerate(within) if high >= low]
+        parts: list[tuple[float, ...]] = []
+        for k in kept:
+            start, low, high = within[k]
             if not self._stored:
-                self._stored.append(self._energy_at(row, low))
+                self._stored.append(self._energy_at(log[k], low))
                 if start >= 0.0:
-                    self._stored[0] += segment.loss * self._units.energy
-            if start >= 0.0 and row[CAUSE] == IMPACT:
-                body = int(segment.body)
-                self._speeds[body].append(segment.speed * self._units.speed)
-                self._lost[body] += segment.loss * self._units.energy
-            modes = segment.bodies[:, MODE]
-            if start >= 0.0 and row[DURATION] > 0.0 and (modes == TAIL).any():
-                body, lost = int(segment.body), self._lost_in_tail(row, modes != FLIGHT)
-                rubbed = lost * rubbed_part(bounce_in(model, segment.bodies, body))
-                self._lost[body] += lost - rubbed
-                self._rubbed[body] += rubbed
-            self._end = self._energy_at(row, high)
-            self._sample(row, start, low, high)
-            for at, upto in self._parts(start, low, high):
-                self._integrate(row, segment.bodies, (start, at, upto))
+                    self._stored[0] += segments[k].loss * self._units.energy
+            if start >= 0.0:
+                self._count_losses(log[k], segments[k])
+            if self._wanted:
+                self._sample(log[k], start, low, high)
+            parts += [(k, start, *ends) for ends in self._parts(start, low, high)]
+        if kept:
+            self._end = self._energy_at(log[kept[-1]], within[kept[-1]][2])
+        if parts:
+            self._integrate(log, np.array([s.bodies for s in segments]), np.array(parts))
+
+    def _count_losses(self, row: np.ndarray, segment: Any) -> None:
+        """Add the impact that begins a segment, and the bounces of a tail."""
+        body = int(segment.body)
+        if row[CAUSE] == IMPACT:
+            self._speeds[body].append(segment.speed * self._units.speed)
+            self._lost[body] += segment.loss * self._units.energy
+        modes = segment.bodies[:, MODE]
+        if row[DURATION] > 0.0 and (modes == TAIL).any():
+            lost = self._lost_in_tail(row, modes != FLIGHT)
+            bounce = bounce_in(self._trajectory.model, segment.bodies, body)
+            rubbed = lost * rubbed_part(bounce)
+            self._lost[body] += lost - rubbed
+            self._rubbed[body] += rubbed
 
     def found(self) -> dict[str, Any]:
         """Return the arrays of `RESULTS`, and of `HISTORY` if that is kept."""
@@ -186,10 +213,12 @@ class Measured:
             found = {name: np.full_like(values, math.nan) for name, values in found.items()}
         return found | {"status": np.array(self._trajectory.status, dtype=STATUS.dtype)}
 
-    def _states(self, row: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, ...]:
+    def _states(
+        self, log: np.ndarray, times: np.ndarray, at: np.ndarray | None = None
+    ) -> tuple[np.ndarray, ...]:
         """Displacements and velocities of coordinates and free masses, in SI units."""
         units = self._units
-        x, v, y, u = self._trajectory.states_in(row, times)
+        x, v, y, u = self._trajectory.states_in(log, times, at)
         return x * units.length, v * units.speed, y * units.length, u * units.speed
 
     def _energy_at(self, row: np.ndarray, tau: float) -> float:
@@ -229,23 +258,34 @@ class Measured:
         ends = [low, *(k * cycle - start for k in range(first + 1, last + 1)), high]
         return [(a, b) for a, b in pairwise(ends) if b > a]
 
-    def _integrate(
-        self, row: np.ndarray, bodies: np.ndarray, part: tuple[float, float, float]
-    ) -> None:
-        """Add a part of a segment, in one cycle of the window, to integrals and peaks."""
-        start, low, high = part
+    def _integrate(self, log: np.ndarray, bodies: np.ndarray, parts: np.ndarray) -> None:
+        """Add parts of segments, each in one cycle of the window, to integrals and peaks.
+
+        Columns of the parts: row of the log, time from the window's start to that of the segment,
+        both ends.
+        """
+        row, start, low, high = parts.T
         # The integrands are products of two motions.
-        pieces = math.ceil(2.0 * self._rate * (high - low) / _REACH)
-        step = (high - low) / pieces
-        number = nodes_for(2.0 * self._rate * step)
-        nodes, weights = NODES[number - FEWEST, :number], WEIGHTS[number - FEWEST, :number]
-        taus = (low + step * (np.arange(pieces)[:, None] + nodes)).ravel()
-        x, v, y, u = self._states(row, taus)
+        counts = np.ceil(2.0 * self._rate * (high - low) / _REACH).astype(int)
+        of = np.repeat(np.arange(len(parts)), counts)
+        place = np.arange(len(of)) - np.repeat(np.cumsum(counts) - counts, counts)
+        step = ((high - low) / counts)[of]
+        cycle = np.floor((start + 0.5 * (low + high)) / self._trajectory.cycle)
+        rules = _Rules(row.astype(int)[of], low[of] + place * step, step, cycle.astype(int)[of])
+        for k in range(0, len(of), _AT_ONCE):
+            self._add(log, bodies, _Rules(*(one[k : k + _AT_ONCE] for one in rules)))
+
+    def _add(self, log: np.ndarray, bodies: np.ndarray, rules: _Rules) -> None:
+        step = rules.step
+        taus = (rules.begin[:, None] + step[:, None] * _NODES).ravel()
+        at = np.repeat(rules.row, len(_NODES))
+        x, v, _, u = state = self._states(log, taus, at)
         force = np.empty(len(taus))
-        _write_force(self._forcing, float(row[PERIODS]), float(row[TIME]), taus, force)
-        joined, ways = bodies[:, MODE] != FLIGHT, bodies[:, SLIP_DIRECTION]
-        moved = self._forced(joined, self._rubs * ways, force, (x, v, y, u))
-        weigh = np.tile(weights, pieces) * step * self._units.time
+        _write_force(self._forcing, log[at, PERIODS], log[at, TIME] + taus, force)
+        rubs = self._rubs * bodies[at, :, SLIP_DIRECTION]
+        joined = bodies[rules.row, :, MODE] != FLIGHT
+        moved = self._forced(joined, rubs, force[:, None], state)
+        weigh = np.outer(step, _WEIGHTS).ravel() * self._units.time
         s, sums = self._structure, self._sums
         drags = (v @ self._to_modes.T) * (v @ s.damping @ s.shapes)
         sums["work"] += float(weigh @ (force * (v @ self._push + u @ self._carried)))
@@ -253,20 +293,18 @@ class Measured:
         sums["energy"] = sums["energy"] + weigh @ s.mode_energies(x, v)
         rates = u - v @ self._boxes.T
         sums["ties"] = sums["ties"] + weigh @ (rates**2) * self._dampings
-        sums["friction"] = sums["friction"] + weigh @ rates * (self._rubs * ways)
-        fine, drawn = _finer(number), []
+        sums["friction"] = sums["friction"] + weigh @ (rates * rubs)
+        drawn = []
         for (name, _), values in zip(RESULTS_OF_POINTS, (x, v, moved), strict=True):
             there = values @ self._points.T
             sums[name] = sums[name] + weigh @ there**2
-            drawn.append(fine @ there.reshape(pieces, number, -1))
-        # At once: a call takes longer than its numbers.
-        signs = [*drawn, *(-one for one in drawn)]
-        above, below = _highest(np.concatenate(signs, axis=-1)).reshape(2, *self._peaks.shape)
-        self._peaks = np.maximum(self._peaks, np.maximum(above, below))
-        cycle = math.floor((start + 0.5 * (low + high)) / self._trajectory.cycle)
-        if cycle < self._ranges.shape[1]:
-            ends = np.array([above[0], below[0]])
-            self._ranges[:, cycle] = np.maximum(self._ranges[:, cycle], ends)
+            drawn.append(_FINER @ there.reshape(len(step), len(_NODES), -1))
+        fine = np.stack(drawn, axis=-2)
+        above, below = _highest(fine), _highest(-fine)
+        self._peaks = np.maximum(self._peaks, np.maximum(above, below).max(axis=0))
+        whole = rules.cycle < self._ranges.shape[1]
+        for ends, found in zip(self._ranges, (above, below), strict=True):
+            np.maximum.at(ends, rules.cycle[whole], found[whole, 0])
 
     def _forced(
         self,
@@ -277,19 +315,21 @@ class Measured:
     ) -> np.ndarray:
         """Accelerations of the coordinates, with the masses that are joined as a part of them.
 
-        `rubs` are the forces of friction on the boxes.
+        `rubs` are the forces of friction on the boxes. All arrays have a row for each time, but for
+        `joined`, which has a row for each rule.
         """
-        (x, v, y, u), s = state, self._structure
-        mass = s.mass.copy()
-        acting = np.outer(force, self._push) - v @ s.damping - x @ s.stiffness
-        for k, b in enumerate(self._bodies):
-            if joined[k]:
-                mass += b.mass * np.outer(b.box, b.box)
-                acting += np.outer(b.mass * (b.carried * force - b.gravity), b.box)
-            else:
-                tie = b.stiffness * (y[:, k] - x @ b.box) + b.damping * (u[:, k] - v @ b.box)
-                acting += np.outer(tie + rubs[k], b.box)
-        return np.linalg.solve(mass, acting.T).T
+        (x, v, y, u), s, boxes = state, self._structure, self._boxes
+        ties = self._stiffnesses * (y - x @ boxes.T) + self._dampings * (u - v @ boxes.T)
+        carried = force * self._carried - self._weights
+        acting = force * self._push - v @ s.damping - x @ s.stiffness
+        moved, sets = np.empty_like(x), np.unique(joined, axis=0)
+        joined = joined.repeat(len(_NODES), axis=0)
+        acting += np.where(joined, carried, ties + rubs) @ boxes
+        for those in sets:
+            now = (joined == those).all(axis=1)
+            mass = s.mass + (boxes[those].T * self._masses[those]) @ boxes[those]
+            moved[now] = np.linalg.solve(mass, acting[now].T).T
+        return moved
 
 
 def _fastest(p: StructureParameters) -> float:
@@ -306,35 +346,31 @@ def _fastest(p: StructureParameters) -> float:
 
 
 @compiled
-def _write_force(forcing, periods, time, taus, found):
-    for k in range(len(taus)):
-        found[k] = derivative_of(forcing, phase_at(forcing, periods, time + taus[k]), 0)
+def _write_force(forcing, periods, times, found):
+    for k in range(len(times)):
+        found[k] = derivative_of(forcing, phase_at(forcing, periods[k], times[k]), 0)
 
 
-@lru_cache(maxsize=32)
-def _finer(number: int) -> np.ndarray:
-    """Matrix from values at the nodes of a rule to those at equal steps, both ends included."""
-    nodes = 2.0 * NODES[number - FEWEST, :number] - 1.0
-    fine = np.linspace(-1.0, 1.0, _FINE * number + 1)
-    degree = number - 1
-    return np.polynomial.legendre.legvander(fine, degree) @ np.linalg.inv(
-        np.polynomial.legendre.legvander(nodes, degree)
-    )
+def _finer() -> np.ndarray:
+    """Matrix from values at the nodes of the rule to those at equal steps, both ends included."""
+    fine, degree = np.linspace(-1.0, 1.0, _FINE * len(_NODES) + 1), len(_NODES) - 1
+    legendre = np.polynomial.legendre.legvander
+    return legendre(fine, degree) @ np.linalg.inv(legendre(2.0 * _NODES - 1.0, degree))
+
+
+_FINER = _finer()
 
 
 def _highest(drawn: np.ndarray) -> np.ndarray:
-    """Largest value of each column over parts and points, by a parabola about it."""
-    parts, points, columns = drawn.shape
-    whole = drawn.reshape(parts * points, columns)
-    at, every = whole.argmax(axis=0), np.arange(columns)
-    top = whole[at, every]
-    inside = np.clip(at % points, 1, points - 2) == at % points
-    before, after = whole[at - inside, every], whole[np.minimum(at + inside, len(whole) - 1), every]
+    """Largest value of each column along the second axis, by a parabola about it."""
+    at = drawn.argmax(axis=1, keepdims=True)
+    inside = (at > 0) & (at < drawn.shape[1] - 1)
+    near = (np.clip(at + k, 0, drawn.shape[1] - 1) for k in (-1, 0, 1))
+    before, top, after = (np.take_along_axis(drawn, k, axis=1)[:, 0] for k in near)
     bend = 2.0 * top - before - after
-    found = top + np.where(
-        bend > 0.0, (after - before) ** 2 / (8.0 * np.where(bend > 0.0, bend, 1.0)), 0.0
-    )
-    return np.where(inside, found, top)  # type: ignore[no-any-return]
+    bends = inside[:, 0] & (bend > 0.0)
+    rises = (after - before) ** 2 / (8.0 * np.where(bends, bend, 1.0))
+    return np.where(bends, top + rises, top)  # type: ignore[no-any-return]
 
 
 def measured(

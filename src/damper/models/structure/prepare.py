@@ -62,7 +62,9 @@ def prepare(
         walls,
         p.cycle,
         accuracy / max(1.0, rate_of(forcing)),
-        oscillator_under(shape, 0.5 * damping[0, 0], stiffness[0], abs(push[0]), 0.0),
+        oscillator_under(
+            shape, 0.5 * float(damping[0, 0]), float(stiffness[0]), abs(float(push[0])), 0.0
+        ),
         shape,
         table,
         masses,
