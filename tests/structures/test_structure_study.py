@@ -10,6 +10,7 @@ import yaml
 import damper
 from damper.parameters.structural import StructureParameters
 from damper.parameters.structure import Structure
+from damper.structures.structure import settings
 from damper.study.config import ConfigError, load_study
 
 MODES = [
@@ -85,6 +86,14 @@ def test_the_cube_has_the_motion_of_each_point(cube):
     assert cube.sel(gap_0=9.0).impacts_per_cycle.values.tolist() == [[0.0], [0.0]]
     assert cube.gap_0.units == "m"
     assert cube.mode_2_frequency.units == "Hz"
+
+
+def test_any_number_of_jobs_makes_the_same_cube(cube, tmp_path, monkeypatch):
+    monkeypatch.setattr(settings, "_WORK_OF_A_JOB", 1)
+    study = study_of(tmp_path)
+    parts = [done(job) for job in study.parts({"accuracy": 1e-12}).values()]
+    assert len(parts) == 2
+    assert done(study.gathered({})["cube.nc"], *parts).identical(cube)
 
 
 def test_figures_and_tables(cube, tmp_path):

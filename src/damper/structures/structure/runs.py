@@ -20,7 +20,6 @@ def run_part(
     structure: Mapping[str, Any],
     forcing: Mapping[str, Any],
     parameters: Mapping[str, Any],
-    at: Mapping[str, float],
     axes: Mapping[str, Sequence[float]],
     cycles: tuple[int, int],
     samples: int,
@@ -29,14 +28,12 @@ def run_part(
     start: Mapping[str, Sequence[float]] | None = None,
     observers: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> PartData:
-    """Run the points at one place along the first axis as a job of the workflow."""
+    """Run the points of a grid as a job of the workflow."""
     made = StructureParameters(
         structure=Structure.of_settings(structure), forcing=forcing_of(forcing), **parameters
     )
-    first = {name: [value] for name, value in at.items()}
     more: dict[str, Any] = {"start": start, "observers": observers}
-    found = measured_grid(made, {**first, **axes}, cycles, samples, history, engine, **more)
-    return PartData(found if not at else {name: array[0] for name, array in found.items()})
+    return PartData(measured_grid(made, axes, cycles, samples, history, engine, **more))
 
 
 def gather(
@@ -49,7 +46,7 @@ def gather(
 ) -> xr.Dataset:
     """Put the parts together along the first axis."""
     whole = {
-        name: np.stack([part.arrays[name] for part in parts]) if axes else array
+        name: np.concatenate([part.arrays[name] for part in parts]) if axes else array
         for name, array in parts[0].arrays.items()
     }
     return structure_cube(whole, axes, points, attributes, fixed, observers)

@@ -26,7 +26,7 @@ from damper.parameters.units import HERTZ
 from damper.parameters.variables import Variable
 from damper.study.fields import ONE_MISTAKE, NamedMapping, NumberOrText, StrictModel, Text, Unit
 from damper.study.forcing import FORCES, ForceEntry, check_undriven
-from damper.study.jobs import Job
+from damper.study.jobs import Job, shares
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.products import check_listed
@@ -37,6 +37,8 @@ _NONE: dict[str, Any] = {}
 _HERE = "damper.structures.structure"
 #: More cycles take days.
 MOST_CYCLES = 1_000_000
+#: Cycles times coordinates of structure and free masses: some seconds of compiled code.
+_WORK_OF_A_JOB = 100_000
 Place = Annotated[int | Text | Annotated[tuple[float, ...], Field(strict=False)], ONE_MISTAKE]
 """Number of a coordinate, name of a place or of an array, or weights."""
 
@@ -425,11 +427,9 @@ class StructureStudy(StudyFile):
         return of_all_masses(given, len(self.masses))
 
     def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
-        """Return a job for each value of the first axis."""
-        outer, inner = self._split
+        """Return jobs that share the values of the first axis."""
         settings = {
             **self.damper.settings,
-            "axes": inner,
             "cycles": [self.transient, self.periods],
             "samples": self.samples,
             "history": self.history,
@@ -445,19 +445,23 @@ class StructureStudy(StudyFile):
             if self.observers.keys() & names:
                 loads = (*loads, f"damper.models.structure.{module}")
         return {
-            name: Job(f"{_HERE}.runs", {**settings, "at": at}, loads=loads)
-            for name, at in outer.items()
+            name: Job(f"{_HERE}.runs", {**settings, "axes": axes}, loads=loads)
+            for name, axes in self._split.items()
         }
 
     @property
-    def _split(self) -> tuple[dict[str, dict[str, float]], dict[str, list[float]]]:
-        """Place of each job along the first axis, and the values of the other axes."""
+    def _split(self) -> dict[str, dict[str, list[float]]]:
+        """Values of the axes of each job."""
         axes = {name: list(axis.points) for name, axis in self.axes.items()}
-        if not axes:
-            return {"all": {}}, {}
-        first, *others = axes
-        return {f"{k:03d}": {first: v} for k, v in enumerate(axes[first])}, {
-            name: axes[name] for name in others
+        size = len(self.damper.structure) + len(self.masses)
+        cycles = (self.transient + self.periods) * math.prod(map(len, axes.values()))
+        jobs = math.ceil(cycles * size / _WORK_OF_A_JOB)
+        if not axes or jobs == 1:
+            return {"all": axes}
+        first, values = next(iter(axes.items()))
+        return {
+            f"{k:03d}": axes | {first: values[low:high]}
+            for k, (low, high) in enumerate(shares(len(values), min(jobs, len(values))))
         }
 
     def gathered(self, engine: Mapping[str, Any]) -> dict[str, Job]:
@@ -472,7 +476,7 @@ class StructureStudy(StudyFile):
         }
         if self.observers:
             settings["observers"] = self._observed
-        return {"cube.nc": Job(f"{_HERE}.runs", settings, needs=tuple(self._split[0]))}
+        return {"cube.nc": Job(f"{_HERE}.runs", settings, needs=tuple(self._split))}
 
     @property
     def values(self) -> dict[str, str]:
