@@ -36,6 +36,7 @@ PLAIN = (
     *(f"tests/sizing/test_design.py::test_a_{name}" for name in ("machine_that", "record_is")),
     "tests/sizing/test_machine.py::test_records",
     "tests/sizing/test_search.py::test_no_place",
+    "tests/sizing/test_structures.py",
     "tests/test_quantities.py",
 )
 

@@ -565,6 +565,11 @@ class StructureParameters(QuantityClass, shares=SIParameters):
         """Cycle 2 pi / forcing_frequency of the clock in s."""
         return 2.0 * math.pi / self.forcing_frequency
 
+    def work(self, cycles: float) -> float:
+        """Cycles, or samples of a record, times coordinates: what the time of a run goes by."""
+        coordinates = len(self.structure) + len(self.each)
+        return max(cycles, self.forcing.samples) * coordinates
+
     @property
     def settings(self) -> dict[str, Any]:
         """All of it in plain values: structure, forcing, and the other parameters."""

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from damper.analysis.labels import label_of
+from damper.engine.compiled import compiling
 from damper.parameters.files import path_of
 from damper.parameters.lazy import pd, xr
 from damper.sizing.clauses import Clause, clauses_of, table_of
@@ -305,7 +306,13 @@ def design(
         return _checked(_by_closed_forms(judge))
     if not on_structure:
         _check_runs(judge)
-    m, answer = judge.machine, _answer_on if on_structure else _answer
+    with compiling():  # a search takes thousands of runs
+        return _searched(judge, _answer_on if on_structure else _answer)
+
+
+def _searched(judge: Any, answer: Callable[[Any, Any], Design]) -> Design:
+    """The best damper by runs, and those about it."""
+    m, on_structure = judge.machine, isinstance(judge, StructureJudge)
     searches = [_search_for(m, count) for count in m.counts_of_masses]
     tried, search = list[tuple[Any, Any]](), searches[0]
     with progress_bar(lambda: search.doing, "") as show:

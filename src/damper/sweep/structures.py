@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -23,6 +24,9 @@ from damper.parameters.tables import WALL_TABLES
 from damper.parameters.variables import SI_UNITS
 from damper.sweep.cube import described
 from damper.sweep.progress import Progress
+
+#: Work of runs (`StructureParameters.work`) that takes plain Python longer than to compile.
+_WORK_TO_COMPILE = 20_000.0
 
 
 def measured_grid(
@@ -43,20 +47,20 @@ def measured_grid(
     Arguments are those of `damper.sweep.measured.measured`; `start` is that of
     `StructureParameters.started`, in place of a state. The arrays have the axes first.
     """
+    from damper.engine.compiled import compiling
     from damper.sweep.measured import measured  # the engine with it
     from damper.sweep.runs import in_threads
 
     places = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
     points = [parameters.having(place) if place else parameters for place in places]
     states = [state if start is None else point.started(**start) for point in points]
-    found = in_threads(
-        [
-            partial(measured, point, cycles, samples, history, own, engine, observers)
-            for point, own in zip(points, states, strict=True)
-        ],
-        workers,
-        progress,
-    )
+    runs = [
+        partial(measured, point, cycles, samples, history, own, engine, observers)
+        for point, own in zip(points, states, strict=True)
+    ]
+    pays = len(runs) * parameters.work(sum(cycles)) > _WORK_TO_COMPILE
+    with compiling() if pays else nullcontext():
+        found = in_threads(runs, workers, progress)
     shape = tuple(map(len, axes.values()))
     return {
         name: np.stack([one[name] for one in found]).reshape((*shape, *np.shape(found[0][name])))

@@ -37,8 +37,8 @@ _NONE: dict[str, Any] = {}
 _HERE = "damper.structures.structure"
 #: More cycles take days.
 MOST_CYCLES = 1_000_000
-#: Cycles times coordinates of structure and free masses: some seconds of compiled code.
-_WORK_OF_A_JOB = 100_000
+#: Work (`StructureParameters.work`) that takes compiled code some seconds.
+_WORK_OF_A_JOB = 200_000.0
 Place = Annotated[int | Text | Annotated[tuple[float, ...], Field(strict=False)], ONE_MISTAKE]
 """Number of a coordinate, name of a place or of an array, or weights."""
 
@@ -453,9 +453,9 @@ class StructureStudy(StudyFile):
     def _split(self) -> dict[str, dict[str, list[float]]]:
         """Values of the axes of each job."""
         axes = {name: list(axis.points) for name, axis in self.axes.items()}
-        size = len(self.damper.structure) + len(self.masses)
-        cycles = (self.transient + self.periods) * math.prod(map(len, axes.values()))
-        jobs = math.ceil(cycles * size / _WORK_OF_A_JOB)
+        runs = math.prod(map(len, axes.values()))
+        work = runs * self.damper.work(self.transient + self.periods)
+        jobs = math.ceil(work / _WORK_OF_A_JOB)
         if not axes or jobs == 1:
             return {"all": axes}
         first, values = next(iter(axes.items()))
