@@ -81,7 +81,7 @@ rule compile:
         model=one_of(("rigid", *MODEL_NAMES)),
         parts=r"[a-z0-9_+]+",
     # The verdicts wait for this one.
-    priority: lambda wildcards: 3 * (f"{wildcards.model}/{wildcards.parts}+".startswith("rigid/engine+"))
+    priority: lambda wildcards: 4 * (f"{wildcards.model}/{wildcards.parts}+".startswith("rigid/engine+"))
     message:
         "Compile for the {wildcards.model} model: {wildcards.parts}"
     script:

@@ -69,7 +69,7 @@ for number, ((folder, *files), names) in enumerate(DRAWN_TOGETHER.items()):
             f"{LOGS}/{names[0]}.log",
         benchmark:
             f"{TIMES}/{names[0]}.tsv"
-        priority: int(study.name in JUDGED_BY)
+        priority: 2 * int(study.name in JUDGED_BY)
         resources:
             mem_mb=partial(memory_with_cube, study),
         params:

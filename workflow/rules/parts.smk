@@ -80,7 +80,8 @@ rule part:
     wildcard_constraints:
         study=one_of({study for study, _ in PARTS}),
         part=one_of({part for _, part in PARTS}),
-    priority: of_papers(2)
+    # What is compiled in the job itself takes long: last of all, it would leave other cores idle.
+    priority: lambda wildcards: of_papers(3)(wildcards) or int(not PARTS[tuple(wildcards)]().compiled)
     resources:
         mem_mb=lambda wildcards: PARTS[tuple(wildcards)]().resources["mem_mb"],
         runtime=lambda wildcards: PARTS[tuple(wildcards)]().resources["runtime"],
@@ -107,7 +108,7 @@ rule gather:
     wildcard_constraints:
         study=one_of({study for study, _ in GATHERED}),
         file=one_of({file for _, file in GATHERED}),
-    priority: of_papers(2)
+    priority: of_papers(3)
     resources:
         mem_mb=lambda wildcards: GATHERED[tuple(wildcards)]().resources["mem_mb"],
         runtime=lambda wildcards: GATHERED[tuple(wildcards)]().resources["runtime"],

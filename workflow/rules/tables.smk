@@ -73,7 +73,7 @@ rule table:
         f"{TIMES}/{{table}}.tsv"
     wildcard_constraints:
         table=one_of(TABLES),
-    priority: of_papers(1)
+    priority: of_papers(2)
     resources:
         mem_mb=lambda wildcards: memory_with_cube(TABLES[wildcards.table][0]),
     params:

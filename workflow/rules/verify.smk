@@ -37,7 +37,7 @@ rule claims:
         f"{LOGS}/claims.log",
     benchmark:
         f"{TIMES}/claims/claims.tsv"
-    priority: 3
+    priority: 4
     params:
         job=job,
     message:
