@@ -141,6 +141,38 @@ def test_a_process_compiles_when_it_pays() -> None:
     assert count > 3
 
 
+SWEEP = """
+import json
+from damper.engine import compiled
+compiled.LOADING, compiled.COMPILING = 0.0, 0.02
+names = "one", "long", "other", "last"
+for name in names:
+    exec(f"@compiled.compiled\\ndef {name}(x):\\n while x > 0.0:\\n  x -= 1.0\\n return x")
+def said():
+    return [name for name in names if globals()[name]._entries]
+found = []
+with compiled.compiling(at_once=False):
+    one(1.0), long(1.0)
+    found.append(said())
+    while not said():
+        long(1e5)
+    one(1.0)
+    found.append(said())
+other(1.0)
+found.append(said())
+with compiled.compiling():
+    last(1.0)
+print(json.dumps([*found, said()]))
+"""
+
+
+@needs_numba
+def test_a_sweep_compiles_all_as_soon_as_one_function_is_worth_it() -> None:
+    """Or at once, where it is known to be long; other calls run plain as before."""
+    found = in_new_process(SWEEP, "-W", "error", DAMPER_COMPILE="1")
+    assert found == [[], ["one", "long"], ["one", "long"], ["one", "long", "last"]]
+
+
 #: A module of two functions, of which one becomes a part of the other.
 PARTS = """
 from damper.engine.compiled import compiled

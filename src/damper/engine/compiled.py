@@ -6,7 +6,8 @@ own ``NUMBA_DISABLE_JIT=1`` does the same.
 
 Plain and compiled code give the same bytes. So each function begins as plain Python, and is
 compiled once it has run for as long as compiling (some seconds) or loading from the cache would
-take. A run thus takes at most twice the time of the better choice.
+take. A run thus takes at most twice the time of the better choice. Sweeps compile all that they
+call together (`compiling`).
 
 numba's disk cache does not notice an edit in a *called* module: a cached caller keeps the old
 result. The cache therefore lives in a folder named by the digest of all of damper's source.
@@ -214,7 +215,7 @@ class _Plain(threading.local):
 
 
 _plain = _Plain()
-_at_once = False
+_at_once = _together = False
 _spent = 0.0
 _warned = False
 _numba: Any = None
@@ -325,12 +326,14 @@ class Compiled:
         return self._note(_kinds(arguments)).exists()
 
     def _waits(self, kinds: tuple) -> bool:
+        global _at_once
         if _at_once:
             return False
         if _numba is None and _spent < LOADING:
             return True
         spent = self._spent.get(kinds, 0.0)
         if spent >= COMPILING:
+            _at_once = _together
             return False
         if spent < self._looks.get(kinds, 0.0):
             return True
@@ -474,14 +477,18 @@ def compile_at_once() -> None:
 
 
 @contextmanager
-def compiling() -> Iterator[None]:
-    """Compile within it what is called, without running it plain first: it will run often."""
-    global _at_once
-    before, _at_once = _at_once, True
+def compiling(at_once: bool = True) -> Iterator[None]:
+    """Compile within it what is called without running it plain first: all of it will run often.
+
+    If not `at_once`, that begins when the first function has run plain for long enough.
+    """
+    global _at_once, _together
+    before = _at_once, _together
+    _at_once, _together = _at_once or at_once, True
     try:
         yield
     finally:
-        _at_once = before
+        _at_once, _together = before
 
 
 def plain(function: Callable[P, Result]) -> Callable[P, Result]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -255,7 +254,7 @@ class Fitter:
         sampled = any(record.is_sampled for record in self.problem.records)
         self.problem.fine = True
         # Of times the few derivatives take less than compiling.
-        with compiling() if sampled else nullcontext():
+        with compiling(sampled):
             fit = self.fit(point, 1.0, _LAST)
         self.problem.fine = False
         return fit

@@ -25,6 +25,10 @@ MOST_SECONDS = 30 * 86400.0
 MOST_MEMORY = 256 * 10**9
 """Bytes of a job: a large node of a cluster."""
 
+WORTH_COMPILING = 1.0
+"""Seconds of runs, as estimated, that plain Python is sure to take longer for than compiling: it
+takes 20 to 300 times the estimate."""
+
 IMPACTS_PER_PERIOD = 20.0
 """Impacts resolved in a cycle: the mean over the studies of the default run.
 

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from damper.engine.compiled import COMPILED
+from damper.engine.compiled import COMPILED, compiling
 from damper.engine.loop import FINISHED
 from damper.engine.segment import COLUMNS
 from damper.engine.trajectory import LOG_ROWS, NO_LOG, Trajectory
@@ -30,7 +30,7 @@ from damper.parameters.run import RunSettings
 from damper.parameters.state import require_state
 from damper.parameters.tables import beside_numbers
 from damper.parameters.variables import Variable
-from damper.sweep.estimate import Workload
+from damper.sweep.estimate import WORTH_COMPILING, Workload
 from damper.sweep.grid import lies_at
 from damper.sweep.points import Point, read_point
 from damper.sweep.progress import Progress
@@ -143,7 +143,8 @@ def run_points(
         for one_set in observer_sets[1:]:
             one_set[place].arrays = observer.arrays
     sweep = _Sweep(read, rows, state, settings, progress)
-    sweep.run(chains, observer_sets)
+    with compiling(work.run_seconds > WORTH_COMPILING):
+        sweep.run(chains, observer_sets)
     arrays = {"status": sweep.status}
     for observer in made:
         arrays |= observer.arrays

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -59,7 +58,7 @@ def measured_grid(
         for point, own in zip(points, states, strict=True)
     ]
     pays = len(runs) * parameters.work(sum(cycles)) > _WORK_TO_COMPILE
-    with compiling() if pays else nullcontext():
+    with compiling(pays):
         found = in_threads(runs, workers, progress)
     shape = tuple(map(len, axes.values()))
     return {

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from damper.engine.compiled import compiling
 from damper.models.sensitivity import neighbours
 from damper.parameters import SIParameters
 from damper.parameters.lazy import Axes, xr
@@ -273,7 +274,7 @@ class Branch:
 def watched(what: str, start: float) -> Iterator[Callable[[float], None]]:
     """Show how much of a range from 0 to 1 is followed, by the places of the points."""
     low = high = start
-    with progress_bar(what, "% of the range") as show:
+    with progress_bar(what, "% of the range") as show, compiling(at_once=False):
 
         def watch(at: float) -> None:
             nonlocal low, high

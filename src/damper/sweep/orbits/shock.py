@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from damper.engine.compiled import compiling
 from damper.engine.loop import FINISHED
 from damper.engine.model import count_masses
 from damper.engine.terminal import saying
@@ -40,6 +41,7 @@ _LONGEST = 8
 
 
 @saying("looking for the smallest shock")
+@compiling(at_once=False)
 def smallest_shock(
     orbit: PeriodicOrbit,
     *,
