@@ -20,7 +20,7 @@ from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
 from damper.parameters.quantity import Quantity, finite
 from damper.parameters.tables import TABLE_OF
 from damper.parameters.units import SI_UNITS
-from damper.sweep.points import read_point
+from damper.sweep.points import read_damper
 
 #: Unknown parts of a record itself.
 OF_RECORD = {
@@ -375,8 +375,8 @@ class RecordedDamper:
 
     def start(self, values: Mapping[str, Any], begins: float) -> tuple[Any, State]:
         """Return damper and dimensionless start of values."""
-        point = read_point(values)
-        parameters, state = point.given, point.start() or State(0.0, 0.0, 0.0, 0.0)
+        point, parameters = read_damper(values)
+        state = point.start() or State(0.0, 0.0, 0.0, 0.0)
         if "several" in parameters.dimensionless.features and not isinstance(state.y, tuple):
             each = len(parameters.dimensionless.each)
             state = replace(state, y=(state.y,) * each, u=(state.u,) * each)

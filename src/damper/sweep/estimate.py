@@ -47,7 +47,7 @@ _OBSERVED_SECONDS = 3e-7  # an impact, or a sample of a force, for each observer
 _SAMPLE_SECONDS = 5e-7  # of a force that is a record
 _READ_SECONDS = 2e-6  # of a sample of a record in a file
 
-# Bytes: jobs of one small run came to 165 to 215 MB; 400 000 runs to 0.9 kB more for each, 1.2 kB
+# Bytes: jobs of one small run came to 165 to 215 MB; 100 000 runs to 0.9 kB more for each, 1.4 kB
 # in SI units. A record of 1e6 and 2e6 samples: 145 B for each, from its file to the engine.
 _PROCESS_BYTES = 250 * 10**6
 _RUN_BYTES = 1500

@@ -27,8 +27,6 @@ class Point(NamedTuple):
     initial: Mapping[str, float]
     """Initial quantities that are given, dimensionless."""
     primary: str
-    given: Parameters | SIParameters
-    """The damper in the units in which it is given."""
 
     def start(self) -> State | None:
         """Return the initial state, or None for rest with the free mass at the centre.
@@ -105,6 +103,14 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
     ValueError, TypeError
         For unknown, missing or mixed names and for values out of range.
     """
+    # A sweep keeps its points; a damper in SI units would take four times the memory.
+    return read_damper(values, primary)[0]
+
+
+def read_damper(
+    values: Mapping[str, Any], primary: str = "rest"
+) -> tuple[Point, Parameters | SIParameters]:
+    """As `read_point`, and the damper in the units in which it is given."""
     if primary not in PRIMARY_STARTS:
         raise ValueError(f"primary = {primary!r}: must be one of {', '.join(PRIMARY_STARTS)}")
     kind, names, own, given = language(tuple(values))
@@ -138,7 +144,7 @@ def read_point(values: Mapping[str, Any], primary: str = "rest") -> Point:
                     "one of the two must go"
                 )
         steady_state(parameters)
-    return Point(parameters, units, initial, primary, damper)
+    return Point(parameters, units, initial, primary), damper
 
 
 def thrown_back(place: float) -> float:
@@ -194,9 +200,9 @@ def one_run(
     _, _, _, initial = language(tuple(values))
     if initial and state:
         raise ValueError("state stands alone: no initial quantities beside it")
-    point = read_point(values)
+    point, damper = read_damper(values)
     start = point.start()
-    return _asked_about(point.given), start.times(point.units) if start else state
+    return _asked_about(damper), start.times(point.units) if start else state
 
 
 def _asked_about(parameters: Any) -> Any:
