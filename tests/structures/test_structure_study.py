@@ -96,6 +96,23 @@ def test_any_number_of_jobs_makes_the_same_cube(cube, tmp_path, monkeypatch):
     assert done(study.gathered({})["cube.nc"], *parts).identical(cube)
 
 
+def test_jobs_that_take_long_have_their_code_compiled_before(tmp_path):
+    """For each kind of force, a weight and friction; tables need other code."""
+    (mass,) = STUDY["masses"]
+    rubs = {"masses": [mass | {"friction_coefficient": 0.1}]}
+    rubs["parameters"] = STUDY["parameters"] | {"transverse_acceleration": 9.81}
+    falls = {"masses": [mass | {"gravity": 9.81}], "forcing": {"kind": "harmonics", "orders": [1]}}
+    falls["forcing"]["amplitudes"] = [1.0]
+    for changed, wanted in (
+        ({"periods": 100}, ()),
+        ({}, ("engine",)),
+        (rubs, ("engine_friction",)),
+        (falls, ("engine_harmonics_weight",)),
+    ):
+        study = study_of(tmp_path, **{"periods": 1000} | changed)
+        assert {job.compiled for job in study.parts({}).values()} == {wanted}
+
+
 def test_figures_and_tables(cube, tmp_path):
     study = study_of(tmp_path)
     for made in study.figures.values():

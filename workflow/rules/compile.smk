@@ -78,7 +78,7 @@ rule compile:
     benchmark:
         f"{TIMES}/compile/{{model}}/{{parts}}.tsv"
     wildcard_constraints:
-        model=one_of(("rigid", *MODEL_NAMES)),
+        model=one_of(("rigid", "structure", *MODEL_NAMES)),
         parts=r"[a-z0-9_+]+",
     # The verdicts wait for the first one; others take long: last of all, they would leave cores idle.
     priority: lambda wildcards: 4 if f"{wildcards.model}/{wildcards.parts}+".startswith("rigid/engine+") else 1

@@ -58,7 +58,7 @@ def compiled_before(jobs):
 
     def marks(wildcards):
         study, wanted = CONFIG.studies[wildcards.study], jobs[tuple(wildcards)]().compiled
-        if wanted == ("engine",):
+        if isinstance(study, Study) and wanted == ("engine",):
             return compiled_for(study)
         return compiled(study.models, wanted) if wanted else []
 

@@ -8,6 +8,7 @@ or solvers of a comparison ("solvers+dop853+exact").
 
 import sys
 from pathlib import Path
+from typing import Any
 
 from damper.engine.compiled import COMPILED, compile_at_once
 from damper.parameters.models import MODELS
@@ -21,7 +22,7 @@ POINT = {
     "frequency_ratio": 0.2,
     "clearance": 0.25,
     "restitution": 0.3,
-} | MODELS[MODEL].example
+} | (MODELS[MODEL].example if MODEL in MODELS else {})
 
 
 #: Kind of a force -> an example; what names its sort beside the kind is its setting.
@@ -33,16 +34,22 @@ FORCES = {
 }
 
 
+def force_of_part() -> Any:
+    """Return an example of the force under which the part runs; None for a harmonic one."""
+    from damper.parameters.forcing import forcing_of
+
+    sort = PART.removesuffix("_weight").removesuffix("_friction")
+    if sort == "engine":
+        return None
+    _, kind, *word = sort.split("_", 2)
+    key, example = FORCES[kind]
+    return forcing_of({"kind": kind, **example, **({key: word[0]} if word else {})})
+
+
 def run_observers() -> None:
     from damper.observers import observer_class
-    from damper.parameters.forcing import forcing_of
     from damper.sweep.slices import simulate_slice
 
-    force, sort = None, PART.removesuffix("_weight").removesuffix("_friction")
-    if sort != "engine":
-        _, kind, *word = sort.split("_", 2)
-        key, example = FORCES[kind]
-        force = forcing_of({"kind": kind, **example, **({key: word[0]} if word else {})})
     point = POINT | ({"gravity": 0.1} if PART.endswith("_weight") else {})
     point |= {"friction": 0.01} if PART.endswith("_friction") else {}
 
@@ -58,10 +65,30 @@ def run_observers() -> None:
             transient=1,
             periods=1,
             observers=observers,
-            forcing=force,
+            forcing=force_of_part(),
             accuracy=1e-12,
             max_events=1000,
         )
+
+
+def run_structure() -> None:
+    from damper.parameters.dampers import SIParameters
+    from damper.parameters.structure import Structure
+    from damper.sweep.structures import measured_grid
+
+    shapes = {"tip": [1.0, -1.0], "force": [1.0, 0.5], "base": [1.0, 0.5]}
+    mass = {"box": "tip", "free_mass": 0.1, "gap": 0.04, "restitution": 0.3}
+    mass |= {"gravity": 0.1} if PART.endswith("_weight") else {}
+    mass |= {"friction_coefficient": 0.01} if PART.endswith("_friction") else {}
+    driven = {"force_amplitude": 2.0, "forcing_frequency": 6.0, "transverse_acceleration": 1.0}
+    if force := force_of_part():
+        driven["forcing"] = force
+    if PART.startswith("engine_none"):
+        del driven["force_amplitude"]
+    made = SIParameters(
+        structure=Structure.from_modes([1.0, 6.3], 0.05, shapes), masses=[mass], **driven
+    )
+    measured_grid(made, {}, (1, 1))
 
 
 def run_orbits() -> None:
@@ -85,7 +112,7 @@ def run_solvers() -> None:
 
 compile_at_once()
 RUN = {
-    "engine": run_observers,
+    "engine": run_structure if MODEL == "structure" else run_observers,
     "orbits": run_orbits,
     "solvers": run_solvers,
 }

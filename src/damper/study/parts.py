@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from damper.parameters import Parameters
 from damper.parameters.forcing import NoForce
 from damper.parameters.models import room_of
 from damper.study.estimate import estimate
@@ -97,15 +96,15 @@ class SimulatedStudy(Study):  # type: ignore[misc]
 
 def engine_parts(study: Study) -> tuple[str, ...]:
     """Names of the event loops under a study's forces, as the rule `compile` has them."""
-    return tuple(sorted({_engine_part(corner) for corner in study.corners}))
+    return tuple(sorted({engine_part(corner) for corner in study.corners}))
 
 
-def _engine_part(p: Parameters) -> str:
-    """Name of the event loop for a damper.
+def engine_part(p: Any) -> str:
+    """Name of the event loop for the dimensionless parameters of a damper.
 
     Code is compiled for each class of constants: noise is a record; a base seen from the ground, or
     an unbalance, is a harmonic force. A force that acts on the free mass as well has a class of its
-    own, and so have a weight and friction of several masses.
+    own, and so have a weight and friction of several masses, or on a structure.
     """
     force = p.forcing if p.force_amplitude else NoForce()
     kind = {"noise": "record", "unbalance": "harmonic"}.get(force.kind, force.kind)
@@ -113,7 +112,7 @@ def _engine_part(p: Parameters) -> str:
     if words in (["harmonic", None], ["base", "ground"]):
         words = []
     beside = "weight" if any(one.pull for one in p.each) else None
-    if "several" in p.features and p.rubs:
+    if p.rubs and {"several", "structure"} & {*p.features}:
         beside = "friction"
     return "_".join(["engine", *filter(None, [*words, beside])])
 

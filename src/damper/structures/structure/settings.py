@@ -29,6 +29,7 @@ from damper.study.forcing import FORCES, ForceEntry, check_undriven
 from damper.study.jobs import Job, shares
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
+from damper.study.parts import engine_part
 from damper.study.products import check_listed
 from damper.study.settings import OBSERVER_SETTINGS, AxisValues, given_settings
 from damper.study.study_file import ProductBase, StudyFile
@@ -39,6 +40,8 @@ _HERE = "damper.structures.structure"
 MOST_CYCLES = 1_000_000
 #: Work (`StructureParameters.work`) that takes compiled code some seconds.
 _WORK_OF_A_JOB = 200_000.0
+#: Work that takes plain Python some ten seconds.
+_WORK_TO_COMPILE = 4_000.0
 Place = Annotated[int | Text | Annotated[tuple[float, ...], Field(strict=False)], ONE_MISTAKE]
 """Number of a coordinate, name of a place or of an array, or weights."""
 
@@ -445,17 +448,30 @@ class StructureStudy(StudyFile):
             if self.observers.keys() & names:
                 loads = (*loads, f"damper.models.structure.{module}")
         return {
-            name: Job(f"{_HERE}.runs", {**settings, "axes": axes}, loads=loads)
+            name: Job(
+                f"{_HERE}.runs", {**settings, "axes": axes}, loads=loads, compiled=self._compiled
+            )
             for name, axes in self._split.items()
         }
+
+    @property
+    def _work(self) -> float:
+        runs = math.prod(len(axis.points) for axis in self.axes.values())
+        return float(runs * self.damper.work(self.transient + self.periods))
+
+    @property
+    def _compiled(self) -> tuple[str, ...]:
+        """Code that several studies share; what else tables and observers need is not in it."""
+        p = self.damper.dimensionless
+        if self._work < _WORK_TO_COMPILE or any(one.tables for one in p.each):
+            return ()
+        return (engine_part(p),)
 
     @property
     def _split(self) -> dict[str, dict[str, list[float]]]:
         """Values of the axes of each job."""
         axes = {name: list(axis.points) for name, axis in self.axes.items()}
-        runs = math.prod(map(len, axes.values()))
-        work = runs * self.damper.work(self.transient + self.periods)
-        jobs = math.ceil(work / _WORK_OF_A_JOB)
+        jobs = math.ceil(self._work / _WORK_OF_A_JOB)
         if not axes or jobs == 1:
             return {"all": axes}
         first, values = next(iter(axes.items()))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from damper.engine.compiled import compiling
 from damper.engine.loop import FINISHED
 from damper.engine.terminal import saying
 from damper.models import check_state, start_run
@@ -59,6 +60,7 @@ def is_followed(name: str) -> bool:
     return (split(name) or (name,))[0] in FOLLOWED
 
 
+@compiling(at_once=False)
 def periodic_orbit(
     parameters: Parameters | SIParameters | None = None,
     period: int = 1,
