@@ -57,9 +57,10 @@ def compiled_before(jobs):
     """Input function: the marks that the code which one of these jobs runs is compiled."""
 
     def marks(wildcards):
-        study, wanted = CONFIG.studies[wildcards.study], jobs[tuple(wildcards)]().compiled
-        if isinstance(study, Study) and wanted == ("engine",):
+        study = CONFIG.studies[wildcards.study]
+        if isinstance(study, Study):
             return compiled_for(study)
+        wanted = jobs[tuple(wildcards)]().compiled
         return compiled(study.models, wanted) if wanted else []
 
     return marks
@@ -80,8 +81,7 @@ rule part:
     wildcard_constraints:
         study=one_of({study for study, _ in PARTS}),
         part=one_of({part for _, part in PARTS}),
-    # What is compiled in the job itself takes long: last of all, it would leave other cores idle.
-    priority: lambda wildcards: of_papers(3)(wildcards) or int(not PARTS[tuple(wildcards)]().compiled)
+    priority: of_papers(3)
     resources:
         mem_mb=lambda wildcards: PARTS[tuple(wildcards)]().resources["mem_mb"],
         runtime=lambda wildcards: PARTS[tuple(wildcards)]().resources["runtime"],

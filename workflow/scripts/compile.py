@@ -2,7 +2,7 @@
 
 Parts are the event loop with observers ("engine+bursts+impacts"), under a force of another
 sort than the harmonic one ("engine_record_force+bursts"), with a weight ("engine_weight+bursts")
-or friction of several masses ("engine_friction+bursts"), orbits ("orbits"),
+or friction of several masses or on a structure ("engine_friction"), orbits ("orbits"),
 or solvers of a comparison ("solvers+dop853+exact").
 """
 

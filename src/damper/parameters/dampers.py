@@ -455,7 +455,7 @@ class Parameters(QuantityClass):
     @property
     def rubs(self) -> bool:
         """Whether any free mass rubs on its box."""
-        return any(one.friction for one in self.each)
+        return "sliding" in self.features
 
     @property
     def pull(self) -> float:

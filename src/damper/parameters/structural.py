@@ -566,7 +566,7 @@ class StructureParameters(QuantityClass, shares=SIParameters):
         return 2.0 * math.pi / self.forcing_frequency
 
     def work(self, cycles: float) -> float:
-        """Cycles, or samples of a record, times coordinates: what the time of a run goes by."""
+        """Cycles, or samples of a record, times coordinates. The time of a run grows with it."""
         coordinates = len(self.structure) + len(self.each)
         return max(cycles, self.forcing.samples) * coordinates
 

@@ -38,7 +38,8 @@ class Job(NamedTuple):
     loads: tuple[str, ...] = ()
     """Modules that are loaded by name: they belong to the code behind the result."""
     compiled: tuple[str, ...] = ()
-    """Code to compile before the job, as the rule `compile` names it."""
+    """Code to compile before the job, as the rule `compile` names it. For a study that simulates
+    the rules find it."""
     resources: Mapping[str, int] = USUAL_RESOURCES
     files: Mapping[str, str] = {}
     """Files that the function of a part is given as well: argument -> path."""

@@ -40,7 +40,6 @@ class SimulatedStudy(Study):  # type: ignore[misc]
                 {"fixed": fixed | place, "draws": draws, **every},
                 files=self.force_files,
                 loads=modules,
-                compiled=("engine",),
                 resources=takes.simulate_resources,
             )
             for path, (place, draws) in self._slices().items()

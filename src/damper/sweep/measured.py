@@ -45,20 +45,6 @@ _AT_ONCE = 256
 _read, _part_within = plain(read_segment), plain(part_within)
 
 
-class _Body(NamedTuple):
-    """A free mass, in SI units."""
-
-    box: np.ndarray
-    mass: float
-    stiffness: float
-    damping: float
-    gravity: float
-    friction: float
-    """Its acceleration while it slides."""
-    carried: float
-    """Its acceleration by the shape of the force, where that moves the base."""
-
-
 class _Rules(NamedTuple):
     """Gauss rules on parts of segments, an entry for each."""
 
@@ -98,25 +84,15 @@ class Measured:
         place = s.base if drive.share else s.force
         push = np.zeros(len(s)) if place is None or not size else size * place
         self._push = s.mass @ push if drive.share else push
-        self._bodies = [
-            _Body(
-                s.boxes[one.box],
-                one.mass,
-                one.tie_stiffness,
-                one.tie_damping,
-                one.gravity,
-                one.friction,
-                drive.share * size * s.base_shares[one.box],
-            )
-            for one in p.each
-        ]
-        self._boxes = np.array([b.box for b in self._bodies])
-        self._masses = np.array([b.mass for b in self._bodies])
-        self._stiffnesses = np.array([b.stiffness for b in self._bodies])
-        self._dampings = np.array([b.damping for b in self._bodies])
-        self._weights = np.array([b.mass * b.gravity for b in self._bodies])
-        self._rubs = np.array([b.mass * b.friction for b in self._bodies])
-        self._carried = np.array([b.mass * b.carried for b in self._bodies])
+        # Of each free mass; weight, friction and what the drive does to it are forces.
+        self._boxes = np.array([s.boxes[one.box] for one in p.each])
+        self._masses, self._stiffnesses, self._dampings, gravity, friction = (
+            np.array([getattr(one, name) for one in p.each])
+            for name in ("mass", "tie_stiffness", "tie_damping", "gravity", "friction")
+        )
+        self._weights, self._rubs = self._masses * gravity, self._masses * friction
+        shares = np.array([s.base_shares[one.box] for one in p.each])
+        self._carried = self._masses * (drive.share * size * shares)
         self._to_modes = s.shapes.T @ s.mass
         self._structure, self._units, self._trajectory = s, units, trajectory
         self._window = Window(*map(float, window))
@@ -224,21 +200,17 @@ class Measured:
     def _energy_at(self, row: np.ndarray, tau: float) -> float:
         x, v, y, u = (one[0] for one in self._states(row, np.array([tau])))
         energy = float(self._structure.mode_energies(x, v).sum())
-        for k, b in enumerate(self._bodies):
-            apart = y[k] - b.box @ x
-            energy += (
-                0.5 * (b.mass * u[k] ** 2 + b.stiffness * apart**2) + b.mass * b.gravity * y[k]
-            )
-        return energy
+        apart = y - self._boxes @ x
+        energy += 0.5 * float(self._masses @ u**2 + self._stiffnesses @ apart**2)
+        return energy + float(self._weights @ y)
 
     def _lost_in_tail(self, row: np.ndarray, sticks: np.ndarray) -> float:
         """Energy of the motion relative to the boxes, all of which a closed burst takes."""
         _, v, _, u = (one[0] for one in self._states(row, np.zeros(1)))
-        those = [b for b, joins in zip(self._bodies, sticks, strict=True) if joins]
-        boxes = np.array([b.box for b in those])
+        boxes = self._boxes[sticks]
         rates = u[sticks] - boxes @ v
         yields = boxes @ np.linalg.solve(self._structure.mass, boxes.T)
-        yields += np.diag([1.0 / b.mass for b in those])
+        yields += np.diag(1.0 / self._masses[sticks])
         return 0.5 * float(rates @ np.linalg.solve(yields, rates))
 
     def _sample(self, row: np.ndarray, start: float, low: float, high: float) -> None:

@@ -25,7 +25,7 @@ from damper.sweep.cube import described
 from damper.sweep.progress import Progress
 
 #: Work of runs (`StructureParameters.work`) that takes plain Python longer than to compile.
-_WORK_TO_COMPILE = 20_000.0
+_WORTH_COMPILING = 20_000.0
 
 
 def measured_grid(
@@ -57,7 +57,7 @@ def measured_grid(
         partial(measured, point, cycles, samples, history, own, engine, observers)
         for point, own in zip(points, states, strict=True)
     ]
-    pays = len(runs) * parameters.work(sum(cycles)) > _WORK_TO_COMPILE
+    pays = len(runs) * parameters.work(sum(cycles)) > _WORTH_COMPILING
     with compiling(pays):
         found = in_threads(runs, workers, progress)
     shape = tuple(map(len, axes.values()))

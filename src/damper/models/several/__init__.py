@@ -155,8 +155,8 @@ def _first_event(model, s, start, tail):
         return abs(float(s.bodies[tail, ACCUMULATION])), -1, 0.0, 1, False, False
     limit = min(HORIZON, horizon(start.osc.forcing, start.primary.phase))
     last, first, side, steps, gave_up, stops = limit, -1, 0.0, 1, False, False
-    # The mass that seems to be the first at a wall is searched first. Its time limits the search of
-    # each other mass, which mostly shows only that this one comes later.
+    # The mass that seems to be the first at a wall is searched first. The other masses are searched
+    # up to its event alone: most of these searches find no event.
     count, soonest = len(s.bodies), _soonest(model, s.bodies)
     for j in range(count):
         k = soonest + j if soonest + j < count else soonest + j - count

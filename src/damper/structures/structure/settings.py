@@ -41,7 +41,7 @@ MOST_CYCLES = 1_000_000
 #: Work (`StructureParameters.work`) that takes compiled code some seconds.
 _WORK_OF_A_JOB = 200_000.0
 #: Work that takes plain Python some ten seconds.
-_WORK_TO_COMPILE = 4_000.0
+_PLAIN_WORK = 4_000.0
 Place = Annotated[int | Text | Annotated[tuple[float, ...], Field(strict=False)], ONE_MISTAKE]
 """Number of a coordinate, name of a place or of an array, or weights."""
 
@@ -447,10 +447,9 @@ class StructureStudy(StudyFile):
         for module, names in (("response", {"decay", "statistics"}), ("laws", {"laws"})):
             if self.observers.keys() & names:
                 loads = (*loads, f"damper.models.structure.{module}")
+        compiled = self._compiled
         return {
-            name: Job(
-                f"{_HERE}.runs", {**settings, "axes": axes}, loads=loads, compiled=self._compiled
-            )
+            name: Job(f"{_HERE}.runs", {**settings, "axes": axes}, loads=loads, compiled=compiled)
             for name, axes in self._split.items()
         }
 
@@ -461,9 +460,9 @@ class StructureStudy(StudyFile):
 
     @property
     def _compiled(self) -> tuple[str, ...]:
-        """Code that several studies share; what else tables and observers need is not in it."""
+        """Code to compile before the jobs. The jobs compile that of tables and observers."""
         p = self.damper.dimensionless
-        if self._work < _WORK_TO_COMPILE or any(one.tables for one in p.each):
+        if self._work < _PLAIN_WORK or any(one.tables for one in p.each):
             return ()
         return (engine_part(p),)
 
