@@ -12,6 +12,7 @@ from new_process import modules_after
 from scenes import GENERIC, SI
 
 from damper.parameters import Parameters, SIParameters, State
+from damper.parameters.named import damper_of
 from damper.parameters.quantities import ALL, PARAMETER_NAMES
 from damper.parameters.tables import WALL_TABLES
 
@@ -93,6 +94,20 @@ def test_each_has_every_mass_and_masses_the_list_as_given() -> None:
     listed = Parameters(**GOOD, friction=0.1, masses=[{}])
     assert (listed.masses, listed.each) == (((),), (alone,))
     assert listed.features == ("several", "sliding")
+
+
+def test_what_each_mass_has_need_not_be_given_of_all() -> None:
+    """In the arguments of a damper as in those of a run."""
+    each = [{"mass_ratio": 0.05, "clearance": 0.1}, {"mass_ratio": 0.03, "clearance": 0.2}]
+    own = {name: value for name, value in GOOD.items() if name not in each[0]}
+    made = Parameters(**own, masses=each)
+    assert (
+        made.each == Parameters(**GOOD, masses=each).each == damper_of(own | {"masses": each}).each
+    )
+    for kind in (Parameters, SIParameters):
+        for masses, of in ((None, ""), ([*each, {}], ", of all masses or of each")):
+            with pytest.raises(TypeError, match=f"^missing parameters{of}: .*(clearance|gap)"):
+                kind(restitution=0.5, masses=masses)
 
 
 @pytest.mark.parametrize(("options", "words"), MISTAKES["options"])

@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import Any
 
 from damper.parameters.forcing import HARMONIC, check_force, left_out, read_forcing
-from damper.parameters.masses import changed_in, own_values, read_masses, value_in
+from damper.parameters.masses import changed_in, of_first_mass, own_values, read_masses, value_in
 from damper.parameters.models import models_of
 from damper.parameters.names import OF_A_MASS_SI
 from damper.parameters.quantity import Quantity, QuantityClass, quantity, shared
@@ -360,6 +360,11 @@ class Parameters(QuantityClass):
     def left_out(cls, forcing: Any) -> Mapping[str, float]:
         """Return what need not be given under a force, with its values."""
         return left_out(read_forcing(forcing), si=False)
+
+    @classmethod
+    def of_masses(cls, masses: Any, given: Collection[str]) -> dict[str, Any]:
+        """Return what need not be given where each mass has its own; TypeError for the rest."""
+        return of_first_mass(cls.quantities, given, masses)
 
     def _check_each(self) -> None:
         """Check what each of several masses comes to."""
@@ -719,6 +724,11 @@ class SIParameters(QuantityClass, shares=Parameters):
     def left_out(cls, forcing: Any) -> Mapping[str, float]:
         """Return what need not be given under a force, with its values."""
         return left_out(read_forcing(forcing), si=True)
+
+    @classmethod
+    def of_masses(cls, masses: Any, given: Collection[str]) -> dict[str, Any]:
+        """Return what need not be given where each mass has its own; TypeError for the rest."""
+        return of_first_mass(cls.quantities, given, masses)
 
     @classmethod
     def of(
@@ -1106,16 +1116,10 @@ def _laws(values: Mapping[str, Any]) -> list[Quantity]:
 
 
 def _read_tables(values: dict[str, Any], unit: str) -> bool:
-    """Check the tables of a damper in place; whether it has any.
-
-    TypeError where neither a restitution nor a table is given, for all masses or for one alone.
-    """
+    """Check the tables of a damper in place; whether it has any."""
     given = [name for name in WALL_TABLES if values[name] is not None]
     for name in given:
         values[name] = read_table(name, values[name], unit)
-    needs = values["masses"] is None and values["restitution_table"] is None
-    if needs and values["restitution"] == math.inf:
-        raise TypeError("missing parameters: restitution, or a restitution_table")
     return bool(given)
 
 

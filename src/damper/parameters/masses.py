@@ -4,11 +4,11 @@ The masses are counted from 0, as in the field `body` of events. `clearance_1` i
 mass 1; by this name it can be an axis, be drawn, or replace a value.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from damper.parameters.names import MOST_MASSES, OF_A_MASS, OF_ANY_MASS, split, unknown_name
-from damper.parameters.quantity import in_range, real, whole
+from damper.parameters.quantity import Quantity, in_range, real, whole
 from damper.parameters.tables import WALL_TABLES, read_table
 from damper.parameters.unit_text import number_in
 
@@ -130,6 +130,32 @@ def with_own(
             raise ValueError(f"{name} = {value!r}: is of mass {k}, and {there}")
         made[k][common] = value
     return made
+
+
+def of_first_mass(
+    quantities: Iterable[Quantity], given: Collection[str], masses: Any
+) -> dict[str, Any]:
+    """Return what must be given of a damper and only its masses give: the values of the first.
+
+    Raises
+    ------
+    TypeError
+        For a quantity that is missing, of the damper and of one of its masses.
+    """
+    made = [{}] if masses is None else listed(masses)
+    lacking = {
+        q.name: q.unless
+        for q in quantities
+        if q.default is None and q.name not in given and q.unless not in given
+    }
+    if missing := [
+        f"{name} or {unless}" if unless else name
+        for name, unless in lacking.items()
+        if any(name not in mass and unless not in mass for mass in made)
+    ]:
+        of = "" if masses is None else ", of all masses or of each"
+        raise TypeError(f"missing parameters{of}: {', '.join(missing)}")
+    return {name: made[0][name] for name in lacking if name in made[0]}
 
 
 def value_in(values: Mapping[str, Any], name: str) -> Any:

@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import Any, TypeVar
 
 from damper.parameters.dampers import Parameters, SIParameters
-from damper.parameters.masses import changed_in, value_in, with_own
+from damper.parameters.masses import changed_in, of_first_mass, value_in, with_own
 from damper.parameters.names import OF_ANY_MASS, split, unknown_name
 from damper.parameters.quantities import INITIAL_NAMES, SI_ONLY, is_si, of_a_mass
 from damper.parameters.quantity import Quantity, check_needs
@@ -151,20 +151,7 @@ def arguments(
     if not own and made.get("masses") is None:
         return made
     masses = with_own(made.get("masses"), {name: values[name] for name in own})
-    lacking = {
-        q.name: q.unless
-        for q in kind.quantities
-        if q.default is None and q.name not in made and q.unless not in made
-    }
-    if missing := [
-        name
-        for name, unless in lacking.items()
-        if any(name not in mass and unless not in mass for mass in masses)
-    ]:
-        raise TypeError(f"missing parameters, of all masses or of each: {', '.join(missing)}")
-    return (
-        {name: masses[0][name] for name in lacking if name in masses[0]} | made | {"masses": masses}
-    )
+    return of_first_mass(kind.quantities, made, masses) | made | {"masses": masses}
 
 
 def damper_of(values: Mapping[str, Any]) -> Parameters | SIParameters:

@@ -281,6 +281,11 @@ class QuantityClass:
         """Return what need not be given under a force, with its values."""
         return {}
 
+    @classmethod
+    def of_masses(cls, masses: Any, given: Collection[str]) -> dict[str, Any]:
+        """Return what need not be given where each mass has its own; TypeError for the rest."""
+        return {}
+
     def check_each(self) -> bool:
         """Check every value in place; return whether an option is given."""
         values, options = self.__dict__, False
@@ -300,17 +305,15 @@ def _check_names(kind: type[QuantityClass]) -> None:
 
     @wraps(plain)
     def init(self: Any, *values: Any, **named: Any) -> None:
+        at = kind._names[: len(values)]
+        for name in named:
+            if name not in kind._names:
+                raise unknown_name("parameter", name, kind._names)
         if "forcing" in named:
-            at = kind._names[: len(values)]
             free = kind.left_out(named["forcing"])
             named = {n: v for n, v in free.items() if n not in at} | named
-        try:
-            plain(self, *values, **named)
-        except TypeError:
-            for name in named:
-                if name not in kind._names:
-                    raise unknown_name("parameter", name, kind._names) from None
-            raise
+        named = kind.of_masses(named.get("masses"), {*at, *named}) | named
+        plain(self, *values, **named)
         check_needs_of(self, named)
 
     kind.__init__ = init  # type: ignore[method-assign]
