@@ -14,6 +14,7 @@ from studies import MISTAKES, blame, cube_of, load
 import damper
 from damper.analysis.orbits import follow_orbits
 from damper.notebook.accessor import CubeAccessor
+from damper.parameters.named import named_quantity
 from damper.sweep.record import recorded
 from damper.sweep.runs import run_points
 
@@ -173,6 +174,29 @@ observers: {{response: }}
         assert words in blame(tmp_path, text.replace("count: 3", wrong))
 
 
+def test_a_value_that_no_mass_takes_is_not_varied() -> None:
+    """It may be there, and does nothing."""
+    each = [{"clearance": 1.0}, {"clearance": 1.2}]
+    p = damper.Parameters(0.1, 0.05, 0.8, 2.0, 0.6, masses=each)
+    made = damper.simulate(p, transient=1, periods=1)
+    assert {"clearance_0", "restitution"} <= {*made.coords}
+    assert "clearance" not in made.coords
+    on_structure = damper.SIParameters(
+        structure=damper.Structure(mass=[[1]], stiffness=[[1]], boxes={"top": [1]}),
+        forcing="none",
+        masses=[{"free_mass": 0.1, "gap": 1.0, "restitution": 0.5}],
+    )
+    for name, ask in (
+        ("clearance", lambda: damper.events(p, clearance=3.0, until=1.0)),
+        ("clearance", lambda: damper.simulate(p, clearance=3.0)),
+        ("clearance", lambda: named_quantity(p, "clearance")),
+        ("gap", lambda: damper.events(on_structure, gap=2.0, until=1.0)),
+        ("gap", lambda: damper.simulate(on_structure, gap=[1.0, 2.0])),
+    ):
+        with pytest.raises(ValueError, match=f"^{name}: each of masses has its own.*give {name}_0"):
+            ask()
+
+
 SLIPS: list[tuple[dict[str, Any], str]] = [
     (
         {"masses": [{}, {}], "clearance_2": 1.0},
@@ -181,6 +205,11 @@ SLIPS: list[tuple[dict[str, Any], str]] = [
     ({"clearance_0": 1.0}, r"^clearance_0 = 1\.0: is of mass 0, and there is no list masses"),
     ({"masses": [{"clearance": 2}], "clearance_0": 1.0}, r"^clearance_0 is given, and in masses"),
     ({"masses": [{"mass_ratio": 1}, {}]}, r"^missing parameters, of all masses .*: mass_ratio$"),
+    ({"masses": [{"clearance": 1}], "clearance": [1, 2]}, "^clearance: each of masses has its own"),
+    (
+        {"masses": [{"clearance": 1}], "draws": {"count": 2, "seed": 1, "clearance": [1, 2]}},
+        "^clearance: each of masses has its own",
+    ),
     ({"masses": [{"restitution": [0.1, 2]}]}, r"^mass 0: restitution = 2\.0: must be a finite"),
 ]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from damper.parameters.names import MOST_MASSES, OF_A_MASS, OF_ANY_MASS, split, unknown_name
 from damper.parameters.quantity import Quantity, in_range, real, whole
-from damper.parameters.tables import WALL_TABLES, read_table
+from damper.parameters.tables import TABLE_OF, WALL_TABLES, read_table
 from damper.parameters.unit_text import number_in
 
 #: Arguments of `equal_masses`.
@@ -141,21 +141,53 @@ def of_first_mass(
     ------
     TypeError
         For a quantity that is missing, of the damper and of one of its masses.
+    ValueError, TypeError
+        For a value that is not allowed.
     """
     made = [{}] if masses is None else listed(masses)
-    lacking = {
-        q.name: q.unless
-        for q in quantities
-        if q.default is None and q.name not in given and q.unless not in given
-    }
+    lacking = [
+        q for q in quantities if q.default is None and q.name not in given and q.unless not in given
+    ]
     if missing := [
-        f"{name} or {unless}" if unless else name
-        for name, unless in lacking.items()
-        if any(name not in mass and unless not in mass for mass in made)
+        f"{q.name} or {q.unless}" if q.unless else q.name
+        for q in lacking
+        if any(q.name not in mass and q.unless not in mass for mass in made)
     ]:
         of = "" if masses is None else ", of all masses or of each"
         raise TypeError(f"missing parameters{of}: {', '.join(missing)}")
-    return {name: made[0][name] for name in lacking if name in made[0]}
+    try:
+        return {q.name: q.check(made[0][q.name]) for q in lacking if q.name in made[0]}
+    except (ValueError, TypeError) as error:
+        raise type(error)(f"mass 0: {error}") from None
+
+
+def own_names(given: Collection[str], masses: Sequence[Any] | None) -> list[set[str]]:
+    """Names of what each mass has of its own, in `masses` or given as `clearance_1` is.
+
+    Examples
+    --------
+    >>> own_names(["clearance", "clearance_1"], [{"gravity": 0.1}, {}])
+    [{'gravity'}, {'clearance'}]
+    """
+    return [
+        {name for name in OF_ANY_MASS if f"{name}_{k}" in given} | {*dict(one)}
+        for k, one in enumerate(masses or ())
+    ]
+
+
+def taken_by_none(name: str, own: Collection[Collection[str]]) -> bool:
+    """Whether a value for all masses has no effect, by the names of what each has of its own."""
+    return bool(own) and all(name in one or TABLE_OF.get(name) in one for one in own)
+
+
+def refuse_untaken(names: Iterable[str], own: Collection[Collection[str]]) -> None:
+    """Raise ValueError for a name that `taken_by_none`."""
+    for name in names:
+        if taken_by_none(name, own):
+            raise ValueError(
+                f"{name}: each of masses has its own, so that for all has no effect: "
+                f"give {name}_0, or leave {name} out of masses"
+            )
 
 
 def value_in(values: Mapping[str, Any], name: str) -> Any:

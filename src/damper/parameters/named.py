@@ -10,7 +10,14 @@ from functools import lru_cache
 from typing import Any, TypeVar
 
 from damper.parameters.dampers import Parameters, SIParameters
-from damper.parameters.masses import changed_in, of_first_mass, value_in, with_own
+from damper.parameters.masses import (
+    changed_in,
+    of_first_mass,
+    own_names,
+    refuse_untaken,
+    value_in,
+    with_own,
+)
 from damper.parameters.names import OF_ANY_MASS, split, unknown_name
 from damper.parameters.quantities import INITIAL_NAMES, SI_ONLY, is_si, of_a_mass
 from damper.parameters.quantity import Quantity, check_needs
@@ -50,6 +57,7 @@ def named_quantity(parameters: Parameters | SIParameters, name: str) -> Quantity
         raise TypeError(f"{name} is where a run starts, which is no parameter of a periodic motion")
     if name not in varied:
         raise unknown_name("parameter", name, varied)
+    refuse_untaken([name], own_names((), parameters.masses))
     return varied[name]
 
 

@@ -21,7 +21,7 @@ from damper.parameters.forcing import (
     check_force,
     read_forcing,
 )
-from damper.parameters.masses import Mass, listed, with_own
+from damper.parameters.masses import Mass, listed, own_names, refuse_untaken, with_own
 from damper.parameters.names import OF_A_MASS_STRUCTURE, split, unknown_name
 from damper.parameters.quantity import Quantity, QuantityClass, quantity, shared
 from damper.parameters.state import State
@@ -620,6 +620,7 @@ class StructureParameters(QuantityClass, shares=SIParameters):
         of_force = {name: v for name, v in values.items() if name in self.forcing.numbers}
         changed = {k: v for k, v in values.items() if k not in of_modes and k not in of_force}
         own = {name: changed.pop(name) for name in values if split(name, OF_A_MASS_STRUCTURE)}
+        refuse_untaken(changed, own_names(own, changed.get("masses", self.masses)))
         if own:
             given = changed.get("masses", self.masses)
             changed["masses"] = with_own(given, own, OF_A_MASS_STRUCTURE)

@@ -26,7 +26,17 @@ SIZES: dict[str, dict[str, str]] = {
     "1": {"%": "1e-2"},
 }
 #: Other spellings.
-_SPELT = {"²": "2", "^2": "2", "µ": "u", "μ": "u", "°": "degree", "*": " ", "·": " "}
+_SPELT = {
+    "²": "2",
+    "^2": "2",
+    "**2": "2",
+    "Ns": "N s",
+    "µ": "u",
+    "μ": "u",
+    "°": "degree",
+    "*": " ",
+    "·": " ",
+}
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?+)\s*([A-Za-zµμ°%].*?)\s*")
 #: A number with a decimal comma, and a unit or none.
 _COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?+\s*(?:[A-Za-zµμ°%].{0,20})?")

@@ -7,6 +7,7 @@ from itertools import combinations, product
 from typing import Any
 
 from damper.parameters.forcing import EACH_DRAW
+from damper.parameters.masses import own_names, taken_by_none
 from damper.parameters.models import own_feature
 from damper.parameters.names import OF_ANY_MASS, split
 from damper.parameters.quantities import INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
@@ -307,9 +308,13 @@ def _given_once(study: Study, mistakes: Mistakes) -> bool:
     if not _has_masses(study, mistakes):
         return False
     # A quantity that every mass gives by itself need not be given for all.
-    numbers = range(len(study.masses))
-    each = (name for name in OF_ANY_MASS if study.masses)
-    every = {name for name in each if all(f"{name}_{k}" in given for k in numbers)}
+    own = own_names(given, study.masses)
+    every = {name for name in OF_ANY_MASS if taken_by_none(name, own)}
+    for section in ("axes", "draws"):
+        for name in study.sections[section]:
+            if name in every:
+                message = f"'{name}' is varied, and each of masses has its own"
+                mistakes.add((section, name), message, f"{name}_0, or no {name} in one of masses")
     missing = [
         quantity
         for quantity in (SI_QUANTITIES if si else QUANTITIES)

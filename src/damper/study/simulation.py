@@ -3,7 +3,7 @@
 import json
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature, signature
 from typing import Any
 
@@ -13,9 +13,9 @@ import xarray as xr
 from damper.observers import observer_class
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import HARMONIC, Forcing, read_forcing
-from damper.parameters.masses import listed, own_values
+from damper.parameters.masses import listed, own_names, own_values, refuse_untaken, taken_by_none
 from damper.parameters.named import completed
-from damper.parameters.names import OF_ANY_MASS, split, unknown_name
+from damper.parameters.names import split, unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si, ordered
 from damper.parameters.quantity import filled, real
 from damper.parameters.run import DEFAULTS, settings_text
@@ -159,7 +159,9 @@ def simulate(
         "restitution_table": restitution_table,
         "restitution_table_left": restitution_table_left,
     }
-    given, tables, force, count = _damper_of(parameters, given, masses, tables, forcing)
+    given, tables, force, count = _damper_of(
+        parameters, given, masses, tables, forcing, draws if isinstance(draws, Mapping) else ()
+    )
     random = _checked_starts(initial, draws, given, state)
     values = {"phase": 0.0} | given
     fixed, axes = _fixed_and_axes({n: values[n] for n in ordered(values) if n not in random}, force)
@@ -213,17 +215,18 @@ def _damper_of(
     masses: Sequence[Mapping[str, Any]] | None,
     tables: dict[str, Any],
     forcing: Forcing | str,
+    draws: Collection[str],
 ) -> tuple[dict[str, Any], dict[str, Table], Forcing, int]:
     """Return quantities, tables by name, force and number of listed masses of what is given."""
-    count = 0
+    count, asked = 0, dict(given)
     if masses is not None:
         made = listed(masses)
-        count, own = len(made), own_values(made)
+        count, values = len(made), own_values(made)
         tables["masses"] = made
-        for name in own:
+        for name in values:
             if name in given:
                 raise ValueError(f"{name} is given, and in masses as well: one of the two")
-        given |= own
+        given |= values
     if parameters is not None:
         require_parameters(parameters)
         beside: dict[str, Any] = dict(parameters.given)
@@ -240,13 +243,15 @@ def _damper_of(
             elif tables[table] is not None:
                 beside.pop(name, None)
         given = beside | given
+    # A value for all that is neither varied nor replaces one may be there without any use.
+    own = own_names(given, tables.get("masses"))
+    untaken = [name for name in given if taken_by_none(name, own)]
+    replaces = parameters is not None
+    varied = [n for n in untaken if n in asked and (replaces or np.ndim(asked[n]))]
+    refuse_untaken([*varied, *draws], own)
+    given = {name: value for name, value in given.items() if name not in untaken}
     named = listed_tables(tables)
     unit = "m/s" if named and is_si(given) else "1"
-    for name in OF_ANY_MASS if count else ():
-        each = [given.get(f"{name}_{k}") for k in range(count)]
-        # Every mass has its own value, so the value for all has no mass left.
-        if isinstance(given.get(name), float) and None not in each and given[name] == each[0]:
-            del given[name]
     found = {name: read_table(name, rows, unit) for name, rows in named.items()}
     applied = read_forcing(forcing)
     values = completed(given | {"forcing": applied})

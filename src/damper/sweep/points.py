@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from damper.models import box_motion
 from damper.models.walls import slack
 from damper.parameters import Parameters, SIParameters, State, Units
+from damper.parameters.masses import own_names, refuse_untaken
 from damper.parameters.named import arguments, completed, language
 from damper.parameters.quantities import ALL, check_quantity
 from damper.parameters.quantity import check_needs_of
@@ -196,7 +197,10 @@ def one_run(
         require_parameters(parameters)
     if not values:
         return _asked_about(parameters), state
-    values = completed((parameters.given if parameters else {}) | dict(values))
+    if parameters:
+        refuse_untaken(values, own_names(values, values.get("masses", parameters.masses)))
+        values = parameters.given | dict(values)
+    values = completed(values)
     _, _, _, initial = language(tuple(values))
     if initial and state:
         raise ValueError("state stands alone: no initial quantities beside it")
