@@ -534,6 +534,14 @@ def test_mistakes_are_named(asked, message, tmp_path):
     assert message in str(error.value)
 
 
+def test_a_table_of_samples_is_no_record():
+    for table in (np.ones((3, 2)), {"t": [0, 1]}):
+        with pytest.raises(TypeError, match=r"^records is of class .*must be a file or damper.Rec"):
+            damper.identify(table, ["restitution"], TRUE)
+    shown = repr(damper.Recording([0, 1, 2.5], [0, 1, 2], label="top"))
+    assert shown == "<Recording top: displacement, 3 times from 0 to 2.5>"
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

@@ -184,6 +184,10 @@ def test_figures_and_orbit(cube: xr.Dataset) -> None:
     # What a notebook asks for; it knows by itself how to show figures of pyplot only.
     assert portrait._repr_png_().startswith(b"\x89PNG")
     assert cube.damper.orbit(restitution=0.3).stable
+    assert (
+        repr(cube.damper)
+        == "<cube.damper: bifurcation, map, curves, run, history, portrait, orbit>"
+    )
 
 
 @pytest.mark.parametrize(

@@ -253,9 +253,13 @@ def _entries(records: Any) -> list[Mapping[str, Any]]:
 
 
 def _recordings(records: Any, about: Mapping[str, Any], kind: str) -> list[Recording]:
-    given = [records] if isinstance(records, str | os.PathLike | Recording) else records or ()
+    given = () if records is None else records
+    given = [given] if isinstance(given, str | os.PathLike | Recording) else given
     if not isinstance(given, list | tuple):
-        raise TypeError(f"records = {records!r}: must be a file or damper.Recording, or a list")
+        raise TypeError(
+            f"records is of class {type(records).__name__}: must be a file or "
+            "damper.Recording(times, values), or a list of them"
+        )
     found = [one if isinstance(one, Recording) else read_recording(one, kind) for one in given]
     for entry in about["records"]:
         settings = dict(entry)

@@ -41,7 +41,7 @@ DEAD_TIME = 0.02
 _EQUAL = 1e-3
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """A record of a damper for `damper.identify`.
 
@@ -151,6 +151,12 @@ class Recording:
                 f"{self.label}: begins = {self.begins:g}: must be <= {self.times[0]:g}, its first "
                 "time"
             )
+
+    def __repr__(self) -> str:
+        first, last = (f"{float(self.times[k]):.6g}" for k in (0, -1))
+        return (
+            f"<Recording {self.label}: {self.kind}, {len(self.times)} times from {first} to {last}>"
+        )
 
     @property
     def is_sampled(self) -> bool:

@@ -56,6 +56,10 @@ class CubeAccessor:
     def __init__(self, cube: xr.Dataset) -> None:
         self._cube = cube
 
+    def __repr__(self) -> str:
+        named = (name for name in vars(CubeAccessor) if not name.startswith("_"))
+        return f"<cube.damper: {', '.join(named)}>"
+
     def bifurcation(
         self, along: str, *, orbits: Mapping[str, Mapping[str, Any]] | None = None, **settings: Any
     ) -> Figure:

@@ -47,8 +47,8 @@ def split_unit(value: Any) -> tuple[str, str] | None:
 
     Examples
     --------
-    >>> split_unit("9.81 m/s²"), split_unit("12"), split_unit("fast")
-    (('9.81', 'm/s2'), None, None)
+    >>> split_unit("9.81 m/s²"), split_unit("3 kNs/m"), split_unit("12"), split_unit("fast")
+    (('9.81', 'm/s2'), ('3', 'kN s/m'), None, None)
     """
     found = _NUMBER.fullmatch(value) if isinstance(value, str) and len(value) < 100 else None
     if not found:
