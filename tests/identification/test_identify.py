@@ -571,6 +571,9 @@ def test_command(tmp_path):
     assert done.exit_code == 0, done.output
     assert "restitution 0.89" in done.output
     assert (tmp_path / "found/values.csv").exists()
+    (tmp_path / "more.csv").write_text("n;ms\n1;839.6\n2;750.3\n3;672.3\n4;601.8\n")
+    read = [*given[:1], str(tmp_path / "more.csv"), *given[2:], "--columns", "ms"]
+    assert "restitution 0.89" in CliRunner().invoke(main, read).output
     done = CliRunner().invoke(main, [*given, "--start", "r"])
     assert done.exit_code == 1
     assert "--start r: must be NAME=VALUE" in done.output

@@ -91,6 +91,20 @@ class Reading(NamedTuple):
     factor: float | None = None
 
 
+def columns_of(text: Any) -> Any:
+    """Columns of a text with commas between names and numbers; anything else as it is.
+
+    Examples
+    --------
+    >>> columns_of("t, 2"), columns_of(2), columns_of(["t", "x"])
+    (['t', 2], [2], ['t', 'x'])
+    """
+    if isinstance(text, str):
+        cells = (cell.strip() for cell in text.split(","))
+        return [int(cell) if cell.isdecimal() else cell for cell in cells]
+    return [text] if isinstance(text, int) else text
+
+
 class Samples(NamedTuple):
     """What a file holds: `found` describes it, `unit` is empty where the file gives none."""
 

@@ -314,6 +314,10 @@ def _pairs(option: str, given: tuple[str, ...]) -> dict[str, Any]:
     show_default=True,
     help="What the records are: displacement, velocity, acceleration, peaks, impacts, intervals.",
 )
+@click.option("--columns", help="Columns of time and value, such as t,x or 0,2.")
+@click.option("--delimiter", help="What stands between columns.")
+@click.option("--step", type=_Number("s"), help="Time between samples, of values alone. [s]")
+@click.option("--factor", type=float, help="By what values are multiplied, for their unit.")
 @click.option("--known", multiple=True, metavar="NAME=VALUE", help="A quantity that is known.")
 @click.option("--start", multiple=True, metavar="NAME=VALUE", help="Where an unknown starts.")
 @click.option("--range", "span", multiple=True, metavar="NAME=LOW:HIGH", help="An unknown's range.")
@@ -327,6 +331,8 @@ def identify(
     start: tuple[str, ...],
     span: tuple[str, ...],
     output: str | None,
+    columns: str | None,
+    **reading: Any,
 ) -> None:
     """Find unknown quantities of a damper in RECORDS of it.
 
@@ -339,13 +345,15 @@ def identify(
     damper identify clicks.wav --kind impacts --free r,d --machine frame.yaml --output found
     """
     from damper.identification.page import FILES
+    from damper.parameters.record_file import columns_of
     from damper.sizing.page import prepare
 
     with _in_words():
         if output:
             prepare(Path(output), [machine, *records], FILES)
+        reading["columns"] = columns_of(columns)
         found = damper.identify(
-            records,
+            [damper.read_recording(path, kind, **reading) for path in records],
             [name.strip() for name in free.split(",")],
             machine,
             kind=kind,

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from damper.parameters.forcing import Record
-from damper.parameters.record_file import Reading
+from damper.parameters.record_file import Reading, columns_of
 from damper.parameters.setting import Setting
 from damper.parameters.unit_text import number_in
 from damper.parameters.unusual import USUAL, unusual
@@ -153,14 +153,6 @@ class Material(StrictModel):
         check_origin(self, mistakes)
 
 
-def _split(given: Any) -> Any:
-    """Return columns as a list; the shell gives them as text, with commas in between."""
-    if isinstance(given, str):
-        cells = (cell.strip() for cell in given.split(","))
-        return [int(cell) if cell.isdecimal() else cell for cell in cells]
-    return [given] if isinstance(given, int) else given
-
-
 def _counted(counts: Any, is_free: bool) -> str:
     """Return the key of `COUNTS` that a machine's `counts` means."""
     usual = "decay_time" if is_free else "peak_displacement"
@@ -193,7 +185,7 @@ class Room(RoomBase):  # type: ignore[misc]
     ] = None
     record_columns: Annotated[
         Columns | None,
-        BeforeValidator(_split),
+        BeforeValidator(columns_of),
         Field(description="Its columns of time and value, where it has more, such as t,north."),
     ] = None
     record_delimiter: Annotated[
@@ -221,7 +213,7 @@ class Room(RoomBase):  # type: ignore[misc]
         cls, given: Mapping[str, Any], name: str | None, mistakes: Mistakes
     ) -> dict[str, Any]:
         # Before its commas are taken for decimal ones.
-        split = {"units": _split(given["units"])} if "units" in given else {}
+        split = {"units": columns_of(given["units"])} if "units" in given else {}
         read = super().without_units({**given, **split}, name, mistakes)
         counts = _counted(given.get("counts", AUTO), "initial_displacement" in given)
         if "limit" in read and counts in COUNTS:
