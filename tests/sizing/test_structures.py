@@ -1,5 +1,6 @@
 """`damper design` on a structure: the search, its runs and what it refuses."""
 
+import json
 import math
 import re
 from dataclasses import replace
@@ -294,6 +295,21 @@ def test_a_record_of_the_ground(few, tmp_path):
 def test_mistakes_are_named(changed, message):
     with pytest.raises(ValueError, match=f"(?s){message}"):
         damper.design(MACHINE | changed)
+
+
+def test_a_structure_may_be_made_already():
+    by_matrices = damper.Structure(
+        mass=[[2, 0], [0, 1]],
+        stiffness=[[300, -100], [-100, 100]],
+        boxes={"tip": 1},
+        force=0,
+        base=[1, 1],
+        points={"middle": [0.5, 0.5]},
+    )
+    for made in (StructureMachine.checked("", MACHINE).made, by_matrices):
+        again = structure_machine(None, MACHINE | {"structure": made})
+        assert again.made == made
+        assert structure_machine(json.loads(json.dumps(again.written())), {}).made == made
 
 
 def test_quick_is_refused():

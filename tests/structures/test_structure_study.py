@@ -195,6 +195,11 @@ def test_a_structure_is_read_from_files_beside_the_study(tmp_path):
     found = {"matrices": "m.npz", "boxes": {"tip": 1}, "force": 0}
     made = study_of(tmp_path, structure=found, axes={}, figures={}, tables={}).damper.structure
     assert made == Structure(np.eye(2), None, [[2, -1], [-1, 1]], boxes={"tip": 1}, force=0)
+    np.save(tmp_path / "mass.npy", np.eye(2))
+    found["matrices"] = {"mass": "mass.npy", "stiffness": [[2, -1], [-1, 1]]}
+    rows = study_of(tmp_path, structure=found, axes={}, figures={}, tables={})
+    assert rows.damper.structure == made
+    assert rows.force_files == {"mass": str(tmp_path / "mass.npy")}
 
 
 def test_settings_in_plain_values_make_the_same_parameters(tmp_path):
@@ -211,6 +216,16 @@ def test_settings_in_plain_values_make_the_same_parameters(tmp_path):
         ({"structure": {}}, "given by one of two.*modes or matrices"),
         ({"structure": {"modes": "none.csv"}}, "none.csv"),
         ({"structure": {"modes": MODES, "boxes": {"tip": 1}}}, "boxes goes with matrices"),
+        ({"structure": {"matrices": {"mass": [[1, "a"]]}}}, r"matrices.mass.*not allowed"),
+        (
+            {
+                "structure": {
+                    "matrices": {"mass": [[1, 0]], "stiffness": [[1]]},
+                    "boxes": {"tip": 0},
+                }
+            },
+            r"matrices: mass has the shape \(1, 2\): must be square",
+        ),
         ({"masses": [{"box": "tpi"}]}, r"masses\[0\].box 'tpi' \(did you mean 'tip'\?\)"),
         ({"axes": STUDY["axes"] | {"gap_1": {"values": [1.0]}}}, "is of mass 1, and masses has 1"),
         ({"axes": {"gap_0": {"values": [1.0, -1.0]}}}, "gap = -1.0"),

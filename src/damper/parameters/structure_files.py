@@ -80,7 +80,7 @@ def read_modes(
 
 
 def read_matrices(
-    files: str | os.PathLike[str] | Mapping[str, str | os.PathLike[str]],
+    files: str | os.PathLike[str] | Mapping[str, Any],
     *,
     boxes: Mapping[str, Any] | None = None,
     force: Any = None,
@@ -91,10 +91,11 @@ def read_matrices(
 
     Parameters
     ----------
-    files : path, or mapping of str to path
+    files : path, or mapping of str to path or rows of numbers
         One file of NumPy (``.npz``) or of MATLAB up to version 7 (``.mat``), with matrices
-        `mass` or `M`, `damping` or `C` (none is no damping), `stiffness` or `K`. Or a file for each
-        of `mass`, `damping` and `stiffness`: Matrix Market (``.mtx``) or NumPy (``.npy``).
+        `mass` or `M`, `damping` or `C` (none is no damping), `stiffness` or `K`. Or for each of
+        `mass`, `damping` and `stiffness` a file of Matrix Market (``.mtx``) or NumPy (``.npy``), or
+        the matrix itself.
     boxes, force, base, points : optional
         As for `damper.Structure`; the name of another array in the file stands for a vector.
 
@@ -107,8 +108,9 @@ def read_matrices(
         for key in files:
             if key not in MATRICES:
                 raise unknown_name("matrix", key, MATRICES)
-        arrays = {key: _one(path_of(path, key)) for key, path in files.items()}
-        where = ", ".join(map(str, files.values()))
+        paths = {k: path_of(v, k) for k, v in files.items() if isinstance(v, str | os.PathLike)}
+        arrays = {**files, **{key: _one(path) for key, path in paths.items()}}
+        where = ", ".join(paths.values()) or "matrices"
     else:
         where = path_of(files, "matrices")
         arrays = _arrays(where)

@@ -269,8 +269,8 @@ def design(
     ----------
     machine : path or mapping, optional
         YAML file, or settings, of the machine; `damper.sizing.machine.Machine` lists them. Else
-        they are given by name. With `structure` they are those of
-        `damper.sizing.structures.StructureMachine`.
+        they are given by name. With `structure`, a mapping or a `damper.Structure`, they are those
+        of `damper.sizing.structures.StructureMachine`.
     quick : bool, default False
         Use the closed forms alone, without runs.
     **given

@@ -39,7 +39,7 @@ from damper.sizing.study import (
     in_words,
     rounded,
 )
-from damper.structures.structure.settings import StructureEntry
+from damper.structures.structure.settings import StructureEntry, entry_of
 from damper.study.fields import DistinctList, Line, Text, Unit
 from damper.study.messages import Mistakes
 from damper.study.yaml_file import read_yaml
@@ -197,14 +197,9 @@ class StructureMachine(Room, RoomSettings):  # type: ignore[misc]
         """Its settings as a file has them, with paths of the structure that hold in any folder."""
         found, folder = super().written(), Path(self.folder).resolve()
         found.pop("folder", None)
-        entry = found["structure"]
-        if isinstance(entry.get("modes"), str):
-            entry["modes"] = str(folder / entry["modes"])
-        files = entry.get("matrices")
-        if isinstance(files, str):
-            entry["matrices"] = str(folder / files)
-        elif files:
-            entry["matrices"] = {name: str(folder / path) for name, path in files.items()}
+        entry, paths = found["structure"], self.structure.files
+        for name, path in paths.items():
+            (entry if name in entry else entry["matrices"])[name] = str(folder / path)
         return found  # type: ignore[no-any-return]
 
 
@@ -628,6 +623,8 @@ def structure_machine(machine: Any, given: Mapping[str, Any]) -> StructureMachin
         machine = machine.model_dump(exclude_unset=True)
     if machine is None or isinstance(machine, Mapping):
         data = dict(machine or {}) | dict(given)
+        if isinstance(data.get("structure"), Structure):
+            data["structure"] = entry_of(data["structure"])
         return StructureMachine.checked("", data) if "structure" in data else None
     if not isinstance(machine, str | Path):
         return None

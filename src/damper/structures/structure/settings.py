@@ -19,6 +19,7 @@ from damper.parameters.names import OF_A_MASS_STRUCTURE, split
 from damper.parameters.quantity import Quantity
 from damper.parameters.structural import StructureParameters
 from damper.parameters.structure import Structure
+from damper.parameters.structure_files import MATRICES
 from damper.parameters.structure_results import DIMENSIONS, MOST_POINTS, VARIABLES
 from damper.parameters.tables import WALL_TABLES
 from damper.parameters.unit_text import SIZES, number_in, split_unit
@@ -44,6 +45,11 @@ _WORK_OF_A_JOB = 200_000.0
 _PLAIN_WORK = 4_000.0
 Place = Annotated[int | Text | Annotated[tuple[float, ...], Field(strict=False)], ONE_MISTAKE]
 """Number of a coordinate, name of a place or of an array, or weights."""
+
+
+_Row = Annotated[tuple[float, ...], Field(strict=False)]
+Matrix = Annotated[Text | Annotated[tuple[_Row, ...], Field(strict=False)], ONE_MISTAKE]
+"""Path of a file, or rows."""
 
 
 class OrPath:
@@ -91,10 +97,10 @@ class StructureEntry(StrictModel):
         ),
     ] = None
     matrices: Annotated[
-        Annotated[dict[str, Text], OrPath()] | None,
+        Annotated[dict[str, Matrix], OrPath()] | None,
         Field(
-            description="A file .npz or .mat with the matrices, or a file .mtx or .npy for each of "
-            "mass, damping, stiffness."
+            description="A file .npz or .mat with the matrices; or for each of mass, damping, "
+            "stiffness a file .mtx or .npy, or its rows."
         ),
     ] = None
     boxes: Annotated[
@@ -127,6 +133,13 @@ class StructureEntry(StrictModel):
         for key in sorted(key for key in of_matrices if given.get(key)):
             mistakes.add((key,), f"{key} goes with matrices", "a column or shape of modes")
 
+    @property
+    def files(self) -> dict[str, str]:
+        """Files that it is read from: name -> path."""
+        own = self.matrices if isinstance(self.matrices, dict) else {"matrices": self.matrices}
+        given: dict[str, Any] = {"modes": self.modes, **own}
+        return {name: path for name, path in given.items() if isinstance(path, str)}
+
     def made(self, folder: Path) -> Structure:
         """Return the structure; paths are relative to a folder."""
         place: Any = self.force
@@ -149,15 +162,27 @@ class StructureEntry(StrictModel):
                 modal_masses=[mode.modal_mass for mode in self.modes],
                 base_shares=self.base_shares or None,
             )
-        files: Any = self.matrices
-        found = (
-            folder / files
-            if isinstance(files, str)
-            else {name: folder / path for name, path in files.items()}
-        )
+        paths, files = {name: folder / path for name, path in self.files.items()}, self.matrices
+        found = dict(files) | paths if isinstance(files, Mapping) else paths["matrices"]
         return Structure.read_matrices(
             found, boxes=self.boxes, force=self.force, base=self.base, points=self.points
         )
+
+
+def entry_of(structure: Structure) -> dict[str, Any]:
+    """Return the entry of a structure that is made already."""
+    given = structure.settings
+    if "frequencies" not in given:
+        matrices = {name: given.pop(name) for name in MATRICES}
+        return {"matrices": matrices, **given}
+    names = ("frequency", "damping_ratio", "modal_mass")
+    columns = (given["frequencies"], given["damping_ratios"], given["modal_masses"])
+    modes: list[dict[str, Any]] = [
+        dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)
+    ]
+    for k, mode in enumerate(modes):
+        mode["shapes"] = {name: shape[k] for name, shape in given["shapes"].items()}
+    return {"modes": modes, "base_shares": given["base_shares"]}
 
 
 _LENGTHS = Annotated[tuple[float, ...], Unit("m")]
@@ -308,10 +333,7 @@ class StructureStudy(StudyFile):
     @property
     def force_files(self) -> dict[str, str]:
         """Files beside the study that its runs are of: name -> path."""
-        modes, matrices = self.structure.modes, self.structure.matrices
-        named = {"matrices": matrices} if isinstance(matrices, str) else matrices or {}
-        named = named | ({"modes": modes} if isinstance(modes, str) else {})
-        found = {name: str(self._folder / path) for name, path in named.items()}
+        found = {name: str(self._folder / path) for name, path in self.structure.files.items()}
         for k, one in enumerate((self.parameters, *self.masses)):
             found |= {f"{n}_{k}": str(self._folder / str(one[n])) for n in WALL_TABLES if n in one}
         samples = self.forcing.path(self._folder)
