@@ -66,6 +66,7 @@ def test_an_orbit_in_si_units() -> None:
     si = SIParameters(2.0, 4.0, 200.0, 10.0, 10.0, 0.2, 0.55, 0.5, support_stiffness=0.2)
     guess = next(orbit for orbit in orbits(TWO_IMPACTS) if orbit.stable).start
     orbit = periodic_orbit(si, state=guess.times(si.units))
+    assert orbit not in {periodic_orbit(si, state=guess.times(si.units)): 1}
     scaled = periodic_orbit(si.dimensionless, state=guess).sensitivity("support_damping_ratio")
     slope = orbit.sensitivity("support_damping")
     np.testing.assert_allclose(slope, scaled / 40.0 * (0.05, 0.5, 0.05, 0.5), rtol=1e-9)

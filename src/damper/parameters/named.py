@@ -24,6 +24,8 @@ from damper.parameters.quantity import Quantity, check_needs
 from damper.parameters.tables import TABLE_SPEED, WALL_TABLES, tables_over
 
 Names = tuple[str, ...]
+#: Arguments of what runs a damper, beside its parameters: names that may be meant.
+_BESIDE = ("until", "state", "accuracy", "max_events", "samples_per_period")
 Damper = TypeVar("Damper", bound=Parameters | SIParameters)
 
 
@@ -133,7 +135,7 @@ def language(
     known = {q.name: q for q in kind.quantities}
     for name in parameters:
         if not (name in known or split(name) or name in ("forcing", "masses", *WALL_TABLES)):
-            raise unknown_name("parameter", name, known)
+            raise unknown_name("parameter", name, known, _BESIDE)
     missing = [
         name
         for name, q in known.items()

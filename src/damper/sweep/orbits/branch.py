@@ -95,7 +95,7 @@ def continue_orbit(
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SpecialPoint:
     """Where motions are born, die, or change their kind."""
 
@@ -104,11 +104,11 @@ class SpecialPoint:
     value: float
     """Of the parameter, to 1e-10 of the range that is followed."""
     orbit: PeriodicOrbit = field(repr=False)
-    found: OrbitPoint = field(repr=False, compare=False)
+    found: OrbitPoint = field(repr=False)
     """The solution on the branch, from which `continue_point` goes on."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Branch:
     """Periodic motions along a parameter, in the order of the branch; made by `continue_orbit`."""
 

@@ -127,7 +127,7 @@ def periodic_orbit(
     return best.of(parameters)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class PeriodicOrbit:
     """A motion that repeats after a number of forcing periods, also on a structure.
 

@@ -103,7 +103,7 @@ def continue_point(
     return PointCurve(point.kind, plane.names, orbits, (down.end, up.end))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PointCurve:
     """Special points of one kind along two parameters; made by `continue_point`."""
 
