@@ -119,11 +119,11 @@ class StructureRun:
 def _drawn(p: StructureParameters, motion: xr.Dataset, names: Sequence[str]) -> Figure:
     """Displacements above, places in the boxes, and energies below."""
     from damper.figures.common import panels
-    from damper.figures.common.style import COLOURS, COLUMN, label, style
+    from damper.figures.common.style import COLOURS, PAGE, label, style
 
     time, count = motion.time.values, len(p.each)
     with style():
-        figure, grid = panels.panel_grid(3, width=COLUMN, height=3 * _PANEL + _REST)
+        figure, grid = panels.panel_grid(3, width=PAGE, height=3 * _PANEL + _REST)
         top, boxes, energies = grid[:, 0]
         handles: list[Any] = []
         for k, name in enumerate(names):
@@ -144,5 +144,7 @@ def _drawn(p: StructureParameters, motion: xr.Dataset, names: Sequence[str]) -> 
         boxes.set_ylabel("place in box")
         energies.set_ylabel(label("energy", "", "J"))
         energies.set_xlabel(label("time", "", "s"))
-        figure = panels.finish(figure, motion, repr(p.structure), handles)
+        figure = panels.finish(
+            figure, motion, f"Run on a structure of {p.structure.size_in_words}", handles
+        )
     return shown_in_notebooks(figure)

@@ -208,12 +208,16 @@ class Structure:
         """Number of its coordinates."""
         return len(self.mass)
 
-    def __repr__(self) -> str:
+    @property
+    def size_in_words(self) -> str:
+        """Number of its coordinates or modes, and their frequencies."""
         low, high = self.frequencies[0], self.frequencies[-1]
-        what = "coordinate" if self._modes is None else "mode"
-        size = counted(len(self), what)
+        size = counted(len(self), "coordinate" if self._modes is None else "mode")
         rates = f"{low:.4g} Hz" if len(self) == 1 else f"{low:.4g} to {high:.4g} Hz"
-        words = [f"<{size}, {rates}>", f"boxes={list(self.boxes)}"]
+        return f"{size}, {rates}"
+
+    def __repr__(self) -> str:
+        words = [f"<{self.size_in_words}>", f"boxes={list(self.boxes)}"]
         words += [name for name in (FORCE, BASE) if getattr(self, name) is not None]
         others = [name for name in self.points if name not in self.boxes]
         words += [f"points={others}"] if others else []
