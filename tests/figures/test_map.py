@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 
 from damper import simulate
 from damper.figures.common.style import BLUE, MISSING, ORANGE, PALE
+from damper.figures.map import classified
 from damper.observers.motion import ObservedMotion
 
 X = [0.8, 0.9, 1.0, 1.1]
@@ -241,3 +242,24 @@ def test_what_no_contact_means_from_exact_rest() -> None:
             assert ("where idle, from exact rest alone" in heading) == bool(text)
         assert f"walls never touched{text}" in legend_texts(the_map(cube, "rms_ratio"))
         assert legend_texts(the_map(cube, "chatter"))[0] == f"no contact{text}"
+
+
+def test_contacts_are_of_any_mass_or_of_the_one_shown() -> None:
+    cube = simulate(
+        damping_ratio=0.05,
+        frequency_ratio=[0.9, 1.1],
+        restitution=0.6,
+        masses=[
+            {"mass_ratio": 0.1, "clearance": [0.5, 99.0]},
+            {"mass_ratio": 0.1, "clearance": 99.0},
+        ],
+        transient=20,
+        periods=2,
+        observers={"response": {}, "bursts": {"bodies": [0, 1]}, "impacts": {}},
+    )
+    assert cube.attrs["runs_idle_from_rest"] == 2
+    for variable, body, touched in (("rms_ratio", None, 2), ("chatter", 0, 2), ("chatter", 1, 0)):
+        at = {} if body is None else {"body": body}
+        x, y = "frequency_ratio", "clearance_0"
+        shown = classified(cube, {"variable": variable, "at": at, "x": x, "y": y}, x, y)
+        assert int(shown.touched.sum()) == touched

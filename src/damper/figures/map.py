@@ -25,7 +25,7 @@ from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.yaml_file import join_names
 from damper.sweep.grid import geometric
-from damper.sweep.idle import CONTACT, contact, from_exact_rest
+from damper.sweep.idle import CONTACT, contact, from_exact_rest, of_any_mass
 from damper.sweep.record import observers_of
 
 if TYPE_CHECKING:
@@ -297,7 +297,12 @@ def classified(cube: xr.Dataset, settings: Mapping[str, Any], *keep: str | None)
     over = [name for key in REDUCTIONS for name in settings.get(key) or ()]
     if settings.get("choose"):
         beside = []  # of other designs
-    place = layout.select(cube, [variable, *beside], settings.get("at"), (*keep, *over))
+    at = settings.get("at") or {}
+    if "body" in at:  # contacts of that free mass alone
+        beside = [n for n in beside if n not in CONTACT or "body" in cube[n].dims]
+    else:
+        cube = cube.assign({name: of_any_mass(cube[name]) for name in beside})
+    place = layout.select(cube, [variable, *beside], at, (*keep, *over))
     place = place.sortby([settings["x"], settings["y"]])
     touched = contact(place)
     if settings.get("share"):

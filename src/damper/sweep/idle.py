@@ -29,6 +29,11 @@ def contact(cube: Any) -> Any:
     return touched.where(known[0].notnull())
 
 
+def of_any_mass(array: Any) -> Any:
+    """Greatest value of all free masses, such as whether one of them touches a wall."""
+    return array.max("body") if "body" in array.dims else array
+
+
 def starts_at_exact_rest(primary: str, values: Mapping[str, Iterable[float]]) -> bool:
     """Whether runs start at exact rest, and nothing but that keeps a free mass from the walls.
 
@@ -48,5 +53,5 @@ def from_exact_rest(cube: Any) -> bool:
 def idle_from_rest(cube: Any) -> dict[str, int]:
     """Attribute of a cube that counts the idle runs from exact rest, if there are any."""
     touched = contact(cube) if from_exact_rest(cube) else None
-    count = 0 if touched is None else int((touched == 0.0).sum())
+    count = 0 if touched is None else int((of_any_mass(touched) == 0.0).sum())
     return {"runs_idle_from_rest": count} if count else {}
