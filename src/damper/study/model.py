@@ -21,7 +21,7 @@ from damper.parameters.forcing import (
     force_text,
     left_out,
 )
-from damper.parameters.masses import own_values
+from damper.parameters.masses import own_names, own_values, taken_by_none
 from damper.parameters.models import models_of
 from damper.parameters.named import damper_of
 from damper.parameters.names import MOST_MASSES, OF_ANY_MASS, split
@@ -207,12 +207,20 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
 
     @cached_property
     def fixed(self) -> dict[str, float]:
-        """Value of every parameter that is neither axis nor drawn, the phase included."""
+        """Value of every parameter that is neither axis nor drawn, the phase included.
+
+        One for all masses is left out where each has its own.
+        """
         given = self.numbers | self.own
         values = {"phase": 0.0, **self.left_out}
         values |= {name: fixed.number for name, fixed in given.items()}
         varied = {*self.axes, *self.draws}
-        return {name: values[name] for name in quantities_in(values) if name not in varied}
+        own = own_names({*values, *varied}, self.masses)
+        return {
+            name: values[name]
+            for name in quantities_in(values)
+            if name not in varied and not taken_by_none(name, own)
+        }
 
     @cached_property
     def left_out(self) -> dict[str, float]:
