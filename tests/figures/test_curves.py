@@ -196,6 +196,21 @@ def test_amplitude_without_damper_stands_beside_it() -> None:
     assert legend_texts(figure) == ["with damper", "without damper"]
 
 
+def test_lines_of_other_primaries_have_their_own_amplitudes_without_damper() -> None:
+    undamped = np.array([[4.0], [2.0], [1.0]]) * np.ones(4)
+    cube = made_up({"damping_ratio": D, "frequency_ratio": X}, peak_displacement=VALUES)
+    cube["amplitude_ratio"] = (cube.peak_displacement / undamped).assign_attrs(units="1")
+    figure = curves(cube, lines="damping_ratio")
+    (ax,) = figure.axes
+    thin, wide = (
+        {str(line.get_color()): line.get_ydata() for line in ax.lines if line.get_linewidth() == w}
+        for w in (1.1, 2.0)
+    )
+    assert list(wide) == list(thin)
+    np.testing.assert_allclose([*wide.values()], undamped)
+    assert legend_texts(figure) == ["without damper, in the colours of the lines"]
+
+
 def test_abscissa_may_be_the_natural_frequency() -> None:
     stiffness = [100.0, 200.0, 400.0]
     cube = made_up({"frequency_ratio": stiffness}, peak_displacement=np.arange(3.0) + 1.0)

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
+from damper.analysis.optimum import SAME
 from damper.analysis.reduction import BEST, MEDIAN, REDUCTIONS, least, reduced, runs_over
 from damper.figures.common import layout, panels
 from damper.figures.common.style import BLACK, BLUE, COLUMN, RATIOS, SYMBOLS, label, shades
@@ -136,7 +137,11 @@ def draw(results: Mapping[str, Any], settings: Curves) -> Figure:
         ends = [_draw_line(ax, line, name, style, settings) for line, style in drawn]
         if name + _UNDAMPED in part:
             alone = part[name + _UNDAMPED]
-            ax.plot(alone[settings.along].values, alone.values, zorder=1.0, **REFERENCE)
+            own = settings.lines in alone.dims
+            for line, style in drawn if own else [(part, REFERENCE)]:
+                look = REFERENCE | {"color": style["color"], "alpha": 0.4 if own else 1.0}
+                x = line[settings.along].values
+                ax.plot(x, line[alone.name].values, zorder=1.0, **look)
         _dress(ax, part, name, settings.along, settings.log)
         if settings.slope is not None:
             _guide(ax, part[settings.along].values, settings.slope)
@@ -227,10 +232,13 @@ def _handles(
         if variables[0] + MEDIAN in place and not settings.lines:
             handles.append(panels.legend_line("their median", **_MEDIAN))
         handles.append(panels.legend_patch("their best to their worst", color=colour, **_BAND))
-    if any(name + _UNDAMPED in place or name in RATIOS for name in variables):
+    names = [name for name in variables if name + _UNDAMPED in place]
+    if names or any(name in RATIOS for name in variables):
         if not (settings.lines or settings.band or settings.best or settings.panels):
             handles.append(panels.legend_line("with damper", **_SINGLE))
-        handles.append(panels.legend_line("without damper", **REFERENCE))
+        own = any(settings.lines in place[n + _UNDAMPED].dims for n in names)
+        text = "without damper" + ", in the colours of the lines" * own
+        handles.append(panels.legend_line(text, **REFERENCE))
     if settings.best is not None:
         handles.append(panels.legend_line("where a line is highest", **_WORST))
     return handles
@@ -251,12 +259,19 @@ def _shown(cube: xr.Dataset, settings: Curves) -> tuple[xr.Dataset, list[str]]:
     keep = (settings.along, settings.lines, settings.panels, settings.best, *over)
     place = layout.select(cube, names, settings.at, keep).sortby(settings.along)
     alone = {
-        name + _UNDAMPED: undamped(place, name, settings.along, settings.panels)
+        name + _UNDAMPED: _alone(place, name, settings)
         for name in settings.variables
         if OVER.get(name) in place
     }
     place, names = reduced(place, settings.variables, given)
     return place.assign(alone), names
+
+
+def _alone(place: xr.Dataset, name: str, settings: Curves) -> xr.DataArray:
+    """Return amplitudes without damper, for each line where lines have different ones."""
+    own = undamped(place, name, settings.along, settings.panels, settings.lines)
+    common = undamped(place, name, settings.along, settings.panels)
+    return own if (own < common * (1.0 - SAME)).any() else common
 
 
 #: Ending of the name of an amplitude without damper.
