@@ -710,7 +710,7 @@ class SIParameters(QuantityClass, shares=Parameters):
             if value and not self.transverse_acceleration:
                 raise ValueError(
                     f"{name} = {value!r} without transverse_acceleration: nothing presses the free "
-                    "mass on the box; give it in m/s2, 9.81 in a level box"
+                    "mass on the box; give it for all masses in m/s2, 9.81 in a level box"
                 )
         pulled = self.gravity or any(dict(m).get("gravity") for m in self.masses or ())
         if self.inclination not in (0.0, 90.0) and not pulled:
