@@ -127,6 +127,15 @@ def test_figures_and_tables(cube, tmp_path):
     table = study.table_kinds.module("values").make({"cube": cube}, study.tables["peaks"])
     assert len(table.data) == 4
     assert table.data[["peak_displacement, point tip", "input_power"]].notna().all(axis=None)
+    words, cells = table.body
+    assert words == f"Fixed: free mass: 0.1 kg, {fixed}."
+    assert [*cells.columns] == [
+        "mode 2 frequency, Hz",
+        "gap 0, m",
+        "peak displacement, point tip, m",
+        "peak displacement, point middle, m",
+        "input power, W",
+    ]
 
 
 def test_observers_and_a_start_are_those_of_a_run(tmp_path):
@@ -139,7 +148,7 @@ def test_observers_and_a_start_are_those_of_a_run(tmp_path):
         observers={"stroboscopic_section": {"free_mass": True}, "bursts": None},
         transient=0,
         history=0,
-        figures={"section": section | {"at": {"body": 0}}},
+        figures={"section": section | {"lines": "body"}},
         tables={},
     )
     parts = [done(job) for job in study.parts({"accuracy": 1e-12}).values()]
@@ -155,6 +164,7 @@ def test_observers_and_a_start_are_those_of_a_run(tmp_path):
     dots = figure.axes[0].lines
     assert [len(line.get_xdata()) for line in dots] == [2, 2]
     assert {line.get_linestyle() for line in dots} == {"None"}
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["mass 0"]
 
 
 @pytest.mark.parametrize("transient", [0, 2])
@@ -254,6 +264,10 @@ def test_settings_in_plain_values_make_the_same_parameters(tmp_path):
         ({"start": {"position": [2.0]}}, "position"),
         ({"start": {"velocity": ["2 kg", 0]}}, "has the unit 'kg'"),
         ({"history": 0}, "'mode_energy' is not in the cube"),
+        (
+            {"tables": {"all": {"kind": "values", "variables": ["status", "displacement"]}}},
+            r"tables.all.variables\[1\].*'displacement' has a value at each instant",
+        ),
     ],
 )
 def test_mistakes_in_a_study(tmp_path, changed, message):

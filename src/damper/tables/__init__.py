@@ -98,7 +98,7 @@ def _lines(cells: pd.DataFrame) -> str:
 def with_units(text: str, array: xr.DataArray) -> str:
     """Return a heading with the units of what stands below it."""
     units = units_of(array.attrs)
-    return text if units == "1" else f"{text}, {units}"
+    return text if units in ("", "1") else f"{text}, {units}"
 
 
 def number(value: float, form: str, missing: str = "none") -> str:

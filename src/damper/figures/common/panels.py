@@ -13,6 +13,8 @@ from damper.parameters.lazy import Artist, Axes, Figure, xr
 
 #: Height of a line of a legend in inches.
 _LINE = 0.145
+#: Lines of a heading for which heights of figures have room.
+_HEADING = 5
 #: Least distance of labels at the ends of lines, in inches of a panel with all about it.
 _END = 0.17
 
@@ -133,12 +135,14 @@ def finish(
 ) -> Figure:
     """Write heading and legend of a figure; what has one name is listed once.
 
-    Where its height has `room` for so many lines of the legend, it grows with more of them.
+    Where its height has `room` for so many lines of the legend, it grows with more of them, and
+    with a heading of many lines.
     """
     write_prefixes(figure)
     figure.align_ylabels()
     head(figure, place, caption, remarks=remarks)
     lines = legend(figure, list({str(handle.get_label()): handle for handle in handles}.values()))
-    if room is not None and lines > room:
-        figure.set_figheight(figure.get_figheight() + _LINE * (lines - room))
+    more = max(figure.get_suptitle().count("\n") - _HEADING, 0)
+    more += max(lines - room, 0) if room is not None else 0
+    figure.set_figheight(figure.get_figheight() + _LINE * more)
     return figure

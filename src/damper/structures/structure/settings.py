@@ -380,6 +380,10 @@ class StructureStudy(StudyFile):
         variables = {one.name: one for one in (*VARIABLES, *observed)}
         for section, stem, made in self.products():
             if section != "figures":
+                for i, name in enumerate(made.variables):
+                    if "instant" in variables[name].dims:
+                        message = f"'{name}' has a value at each instant"
+                        mistakes.add((section, stem, "variables", i), message, "left out")
                 continue
             (name,) = made.variables
             dims = {*self.axes, *variables[name].dims}

@@ -67,20 +67,20 @@ def draw(results: Mapping[str, Any], settings: StructureLines) -> Figure:
         abscissa = label("time", "", "s")
     else:
         unit = cube[settings.along].attrs.get("units", "")
-        abscissa = label(_words(cube, settings.along), "", unit)
+        abscissa = label(words_of(cube, settings.along), "", unit)
     panels.label_outer(axes, abscissa, ordinate)
     handles: dict[str, Any] = {}
     for ax, part in zip(axes, shown, strict=True):
         handles |= _panel(ax, part, name, settings)
         if settings.panels is not None:
-            ax.set_title(_text(part, settings.panels), pad=3.0)
+            ax.set_title(value_text(part, settings.panels), pad=3.0)
     made = [panels.legend_line(text, **style) for text, style in handles.items() if text]
-    if settings.panels is None and made:  # the ends say which line it is
-        (ax,) = axes
+    ax = axes[0]
+    if settings.panels is None and len(ax.lines) == len(made):  # the ends say which line it is
         panels.label_ends(ax, ax.lines, list(handles), _HEIGHTS[1])
         made = []
     alone = [n for n in map(str, whole.coords) if cube[n].ndim == 0]
-    remarks = [_text(cube, n) for n in alone if n != "body" or whole.sizes[n] > 1]
+    remarks = [value_text(cube, n) for n in alone if n != "body" or whole.sizes[n] > 1]
     return panels.finish(figure, whole.drop_vars(alone), settings.caption, made, remarks)
 
 
@@ -88,15 +88,17 @@ def _each(cube: xr.Dataset, dim: str) -> list[xr.Dataset]:
     return [cube.isel({dim: k}) for k in range(cube.sizes[dim])]
 
 
-def _text(part: xr.Dataset, dim: str) -> str:
-    value, words = part[dim].item(), _words(part, dim)
+def value_text(part: xr.Dataset, dim: str) -> str:
+    """Words for the value of a coordinate, with its unit."""
+    value, words = part[dim].item(), words_of(part, dim)
     if isinstance(value, str) or "units" not in part[dim].attrs:
         return f"{'mass' if dim == 'body' else words} {value}"
     size, unit = handy(value, part[dim].attrs["units"])
     return f"{words}: {value / size:g} {units_text(unit)}".strip()
 
 
-def _words(cube: xr.Dataset, dim: str) -> str:
+def words_of(cube: xr.Dataset, dim: str) -> str:
+    """Words for a coordinate."""
     return str(cube[dim].attrs.get("long_name", label_of(dim)))
 
 
@@ -106,7 +108,7 @@ def _panel(ax: Axes, part: xr.Dataset, name: str, settings: StructureLines) -> d
     ordered = settings.lines is None or "units" in part[settings.lines].attrs
     colours = shades(len(parts)) if ordered else COLOURS
     for k, one in enumerate(parts):
-        text = "" if settings.lines is None else _text(one, settings.lines)
+        text = "" if settings.lines is None else value_text(one, settings.lines)
         dashes = _DASHES[k // len(colours) % len(_DASHES)]
         style: dict[str, Any] = {"color": colours[k % len(colours)], "lw": 0.9, "ls": dashes}
         times = "time" if "time" in one else "trajectory_time"

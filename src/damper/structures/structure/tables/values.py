@@ -7,10 +7,12 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from damper.analysis.labels import label_of
 from damper.parameters.lazy import xr
+from damper.structures.structure.figures.lines import value_text
 from damper.study.fields import DistinctList, Text
 from damper.study.study_file import ProductBase
-from damper.tables import Table
+from damper.tables import Table, with_units
 
 
 class StructureValues(ProductBase):
@@ -35,4 +37,9 @@ def make(results: Mapping[str, Any], settings: StructureValues) -> Table:
             columns[f"{name}, {dim} {value}"] = cube[name].isel({dim: k}).drop_vars(dim)
     found = xr.Dataset(columns)
     frame = found.to_dataframe().reset_index() if found.dims else found.to_pandas().to_frame().T
-    return Table.of(cube, "values", frame, [frame.map(lambda value: f"{value:.4g}")])
+    alone = [str(name) for name in cube.coords if cube[name].ndim == 0]
+    shown = [name for name in frame if name not in alone]
+    cells = frame[shown].map(lambda value: f"{value:.4g}")
+    cells.columns = [with_units(label_of(name), found[name]) for name in shown]
+    fixed = f"Fixed: {', '.join(value_text(cube, name) for name in alone)}."
+    return Table.of(cube.drop_vars(alone), "values", frame, [fixed] * bool(alone) + [cells])
