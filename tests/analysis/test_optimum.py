@@ -97,6 +97,14 @@ def test_worst_of_several_runs_counts() -> None:
     assert damping_shares(several)["with_impacts"] == sum(counted)
 
 
+def test_chatter_is_that_of_any_mass(cube: xr.Dataset) -> None:
+    """Of two masses of which one never chatters, all is as with the other alone."""
+    of_two = xr.concat([cube[["chatter", "sticking_fraction"]] * k for k in (0, 1)], "body")
+    several = cube.assign({name: of_two[name] for name in of_two})
+    assert best_clearance(several).equals(best_clearance(cube))
+    assert damping_shares(several) == damping_shares(cube)
+
+
 def test_shares_are_what_a_loop_counts(cube: xr.Dataset) -> None:
     contact = lasting = good = both = 0
     two, below, above = [], [], []

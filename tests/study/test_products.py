@@ -91,6 +91,8 @@ CHANGE: dict[str, dict[str, Any]] = {
     "DRAWN_MOTION": DRAWS | {"observers": {"motion": None}},
     "STARTS": START | {"observers": {"motion": None}},
     "PERFORMANCE": DRAWS | IMPACTS | {"tables": {"one": PERFORMANCE}},
+    "PERFORMANCE_OVER": IMPACTS
+    | {"tables": {"one": PERFORMANCE | {"along": "clearance", "over": "frequency_ratio"}}},
     "PERFORMANCE_OF_WORST": followed("both")
     | DRAWS
     | IMPACTS

@@ -73,6 +73,25 @@ def test_main_table_by_hand(made: Any) -> None:
     assert "1e-13 to 1e-12" in table.body[1]
 
 
+def test_edges_in_si_units_have_the_digits_to_which_they_are_bisected(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    edges = {"gap_lower": 0.00123, "gap_upper": 0.00456, "forcing_frequency": 80.0}
+    marks = {"narrow": False, "cut": False, "lower_survives": True, "upper_survives": True}
+    row = {"threshold": "3 %", "chatter": "any", **edges, **marks}
+    monkeypatch.setattr(module.intervals, "chatter_intervals", lambda *_: pd.DataFrame([row]))
+    cube = damper.simulate(
+        primary_mass=1.0, damping=1.0, stiffness=6400.0, force_amplitude=1.0, free_mass=0.1,
+        restitution=0.6, forcing_frequency=[80.0, 90.0], gap=[1e-3, 2e-3], transient=1, periods=1,
+        observers={"bursts": {"threshold": 0.03}},
+    )  # fmt: skip
+    table = make("intervals", {"cube": cube}, along="gap", resolution=1e-5)
+    assert table.title.endswith("chatter intervals in gap, m")
+    rows = next(part for part in table.body if isinstance(part, pd.DataFrame))
+    assert rows.columns[0] == "forcing frequency, rad/s"
+    assert rows["any"].tolist() == ["0.00123–0.00456", "none"]
+
+
 def test_threshold_table_by_hand(made: Any) -> None:
     moves = made(MADE_UP).body[5]
     assert list(moves.columns) == [

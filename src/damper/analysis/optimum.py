@@ -13,6 +13,7 @@ from damper.analysis.reduction import worst as worst_of
 from damper.parameters.lazy import pd, xr
 from damper.parameters.quantity import in_range
 from damper.parameters.variables import Chatter
+from damper.sweep.idle import of_any_mass
 
 #: Rms ratio below which damping is good, and amplitude ratio below which the damped band lies.
 GOOD, DAMPED = 0.5, 0.9
@@ -84,6 +85,7 @@ def best_clearance(
     require_axes(cube, along, over)
     in_range("damped", damped, minimum=0, above=True)
     _require_observers(cube, "peak_displacement", "amplitude_ratio")
+    cube = _of_any_mass(cube)
     worst = dimensions(cube.amplitude_ratio, worst, "worst") if worst else []
     for name in worst:
         if name in (along, over):
@@ -166,6 +168,7 @@ def damping_shares(
     require_axes(cube, along)
     in_range("good", good, minimum=0, above=True)
     _require_observers(cube, "rms_ratio", "peak_displacement", "amplitude_ratio")
+    cube = _of_any_mass(cube)
     contact = cube.impacts_per_period > 0.0
     lasting = contact & ((cube.chatter > Chatter.NONE) | (cube.sticking_fraction > 0.0))
     two = contact & ~lasting & (abs(cube.impacts_per_period - 2.0) < _TWO)
@@ -199,6 +202,11 @@ def _require_observers(cube: xr.Dataset, *of_response: str) -> None:
     require_variables(cube, "response", *of_response)
     require_variables(cube, "impacts", "impacts_per_period")
     require_variables(cube, "bursts", "chatter", "sticking_fraction")
+
+
+def _of_any_mass(cube: xr.Dataset) -> xr.Dataset:
+    """Return a cube with the most chatter and sticking of all free masses at each point."""
+    return cube.assign({n: of_any_mass(cube[n]) for n in ("chatter", "sticking_fraction")})
 
 
 def _share(some: xr.DataArray, of_all: xr.DataArray) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from itertools import combinations, product
+from itertools import combinations, pairwise, product
 from typing import Any
 
 from damper.parameters.forcing import EACH_DRAW
@@ -65,6 +65,11 @@ def _check_observers(study: Study, contents: StudyContents, mistakes: Mistakes) 
         if both := [name for name in written[one] if name in written[other]]:
             message = f"{one} and {other} cannot both be asked for: both write {' and '.join(both)}"
             mistakes.add(("observers",), message, "one of the two")
+    seen = {name: list(made.bodies) for name, made in contents.made.items() if made.bodies}
+    for one, other in pairwise(seen):
+        if seen[one] != seen[other]:
+            message = f"observes other masses than {one}"
+            mistakes.add(("observers", other, "bodies"), message, f"{seen[one]}, as {one}")
 
 
 def _check_places(study: Study, contents: StudyContents, mistakes: Mistakes) -> None:

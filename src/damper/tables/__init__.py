@@ -106,10 +106,11 @@ def number(value: float, form: str, missing: str = "none") -> str:
     return missing if math.isnan(value) else f"{value:{form}}"
 
 
-def place_cells(place: Mapping[str, Any]) -> dict[str, str]:
-    """Return the first cells of a row, those that say where it is."""
+def place_cells(place: Mapping[str, Any], cube: xr.Dataset) -> dict[str, str]:
+    """Return the first cells of a row, those that say where of a cube it is."""
     return {
-        label_of(name): f"{x:g}" if isinstance(x, float) else f"{x}" for name, x in place.items()
+        with_units(label_of(name), cube[name]): f"{x:g}" if isinstance(x, float) else f"{x}"
+        for name, x in place.items()
     }
 
 

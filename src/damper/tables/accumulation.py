@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from damper.analysis.accumulation import PREDICTED, SHARP, SMALL, accumulation_errors
-from damper.parameters.lazy import pd
+from damper.parameters.lazy import pd, xr
 from damper.parameters.units import units_of
 from damper.study.products import Product
 from damper.tables import Table, number, place_cells
@@ -56,7 +56,7 @@ def make(results: Mapping[str, Any], settings: AccumulationTable) -> Table:
     for quantity, title in zip(PREDICTED, ("time", "point"), strict=True):
         units = units_of(cube[f"remaining_{quantity}"].attrs)
         some = data[data["quantity"] == quantity]
-        body += [f"## Accumulation {title}", _cells(some, units, within)]
+        body += [f"## Accumulation {title}", _cells(some, cube, units, within)]
     return Table.of(cube, "predicted and simulated accumulation of bursts", data, body)
 
 
@@ -78,7 +78,7 @@ def _summary(found: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, dtype=object)
 
 
-def _cells(found: pd.DataFrame, units: str, within: float) -> pd.DataFrame:
+def _cells(found: pd.DataFrame, cube: xr.Dataset, units: str, within: float) -> pd.DataFrame:
     others = list(found.columns[: found.columns.get_loc("quantity")])
     within_head = f"within {within:.2%} from impact".replace(".00%", " %")
     rows = []
@@ -88,7 +88,7 @@ def _cells(found: pd.DataFrame, units: str, within: float) -> pd.DataFrame:
         first = "first_impact"
         rows.append(
             {
-                **place_cells({name: row[name] for name in others}),
+                **place_cells({name: row[name] for name in others}, cube),
                 "order": row["order"],
                 "complete bursts": "run stopped"
                 if math.isnan(row["complete_bursts"])

@@ -94,7 +94,7 @@ def make(results: Mapping[str, Any], settings: ConvergenceTable) -> Table:
     for place, group in data.groupby(["variable", *([lines] if lines else [])], sort=False):
         name = str(place[0])
         row = {"variable": with_units(label_of(name), cube[name])}
-        row |= place_cells({lines: place[1]}) if lines else {}
+        row |= place_cells({lines: place[1]}, cube) if lines else {}
         row["rigid value"] = f"{group['rigid_value'].iloc[0]:.9g}"
         for stiffness, distance in zip(group[along], group["distance"], strict=True):
             row[f"{stiffness:g}"] = number(distance, ".2e")

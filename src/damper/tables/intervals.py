@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
@@ -16,7 +17,7 @@ from damper.parameters.variables import CHATTER_IMPACTS
 from damper.study.fields import Pair, Text
 from damper.study.messages import Mistakes
 from damper.study.products import Product, Role, StudyContents, require_one_run
-from damper.tables import Table, place_cells
+from damper.tables import Table, place_cells, with_units
 
 _HEADING = "## Chatter beside the stated range, {:g} to {:g}"
 
@@ -69,9 +70,12 @@ def make(results: Mapping[str, Any], settings: Intervals) -> Table:
     ]
     if stopped := int((cube.status != 0).sum()):
         body.append(f"{stopped} points stopped early (`status` in the cube): without chatter here.")
-    body.append(
-        _table(data, where, [(p, p, main) for p in intervals.PREDICATES], _intervals, along)
-    )
+    ends: dict[str, Any] = {
+        "along": along,
+        "digits": max(3, math.ceil(-math.log10(settings.resolution))),
+    }
+    columns = [(p, p, main) for p in intervals.PREDICATES]
+    body.append(_table(cube, data, where, columns, partial(_intervals, **ends)))
     if settings.stated:
         body += [_HEADING.format(*settings.stated), _agreement(cube, where, along, settings.stated)]
     # Fractions only: an absolute speed is not on their scale.
@@ -84,26 +88,27 @@ def make(results: Mapping[str, Any], settings: Intervals) -> Table:
             "## How the intervals move with the visibility threshold",
             "Lowest to highest value with chatter, narrow intervals left out. "
             "Gaps between several intervals do not show.",
-            _table(spans, where, columns, _hull, along),
-            "\n".join(_moves(data, along, compared[0], compared[-1], len(where))),
+            _table(cube, spans, where, columns, partial(_hull, **ends)),
+            "\n".join(_moves(data, compared[0], compared[-1], len(where), **ends)),
         ]
-    return Table.of(cube, f"chatter intervals in {label_of(along)}", data, body)
+    words = with_units(label_of(along), cube[along])
+    return Table.of(cube, f"chatter intervals in {words}", data, body)
 
 
 def _table(
+    cube: xr.Dataset,
     found: pd.DataFrame,
     where: Sequence[Mapping[str, float]],
     columns: Sequence[tuple[str, str, str]],
-    cell: Callable[[pd.DataFrame, str], str],
-    along: str,
+    cell: Callable[[pd.DataFrame], str],
 ) -> pd.DataFrame:
     """A row for each place, a column for each heading, predicate and threshold."""
     rows = []
     for place in where:
         here = rows_at(found, place)
-        row = place_cells(place)
+        row = place_cells(place, cube)
         for head, predicate, name in columns:
-            row[head] = cell(rows_at(here, {"chatter": predicate, "threshold": name}), along)
+            row[head] = cell(rows_at(here, {"chatter": predicate, "threshold": name}))
         rows.append(row)
     return pd.DataFrame(rows)
 
@@ -115,7 +120,7 @@ def _agreement(
     rows = []
     for place in where:
         found = intervals.chatter_in_range(cube.sel(place), along, *stated)
-        row = place_cells(place)
+        row = place_cells(place, cube)
         for head, key in (("in the range", "in_range"), ("outside", "outside")):
             row[f"values with chatter {head}"] = f"{found['chatter_' + key]} of {found[key]}"
         ends = f"{found['lowest']:g}, {found['highest']:g}"
@@ -124,28 +129,32 @@ def _agreement(
     return pd.DataFrame(rows)
 
 
-def _intervals(found: pd.DataFrame, along: str) -> str:
+def _intervals(found: pd.DataFrame, along: str, digits: int) -> str:
     wide = found[~found["narrow"]]
-    parts = [span + "+" * cut for span, cut in zip(_spans(wide, along), wide["cut"], strict=True)]
+    parts = [
+        span + "+" * cut for span, cut in zip(_spans(wide, along, digits), wide["cut"], strict=True)
+    ]
     parts += [f"{len(found) - len(wide)} narrow"] if len(found) > len(wide) else []
     return ", ".join(parts) or "none"
 
 
-def _hull(found: pd.DataFrame, along: str) -> str:
-    return ", ".join(_spans(found, along)) or "none"
+def _hull(found: pd.DataFrame, along: str, digits: int) -> str:
+    return ", ".join(_spans(found, along, digits)) or "none"
 
 
-def _spans(found: pd.DataFrame, along: str) -> list[str]:
+def _spans(found: pd.DataFrame, along: str, digits: int) -> list[str]:
     """Return each interval with its edges, those marked that are chance."""
     ends = (
         found[f"{end}_survives"].map({True: "", False: "~"})
-        + found[f"{along}_{end}"].map("{:.3f}".format)
+        + found[f"{along}_{end}"].map(f"{{:.{digits}f}}".format)
         for end in ("lower", "upper")
     )
     return [f"{lower}–{upper}" for lower, upper in zip(*ends, strict=True)]
 
 
-def _moves(found: pd.DataFrame, along: str, low: str, high: str, places: int) -> Iterator[str]:
+def _moves(
+    found: pd.DataFrame, low: str, high: str, places: int, along: str, digits: int
+) -> Iterator[str]:
     """Say how far the edges move from the smallest to the largest threshold."""
     moves = intervals.edge_moves(found, along, low, high)
     for predicate in intervals.PREDICATES:
@@ -154,10 +163,12 @@ def _moves(found: pd.DataFrame, along: str, low: str, high: str, places: int) ->
         gone = len(here) - len(both)
         text = f"- {predicate}, from {low} to {high}: "
         if len(both):
-            lower, upper = both["lower"], both["upper"]
+            lower, upper = (
+                f"{both[end].min():+.{digits}f} to {both[end].max():+.{digits}f}"
+                for end in ("lower", "upper")
+            )
             text += (
-                f"the lower edge moves by {lower.min():+.3f} to {lower.max():+.3f}, "
-                f"the upper edge by {upper.min():+.3f} to {upper.max():+.3f} "
+                f"the lower edge moves by {lower}, the upper edge by {upper} "
                 f"({len(both)} of {places} rows have intervals at both)"
             )
         else:

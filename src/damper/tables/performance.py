@@ -17,10 +17,14 @@ from damper.analysis.optimum import DAMPED, GOOD, NEAR, best_clearance, damping_
 from damper.analysis.places import in_handy_units
 from damper.analysis.reduction import runs_over
 from damper.parameters.lazy import pd, xr
+from damper.parameters.units import units_of
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import REDUCTIONS, Product, Role, StudyContents, Worst, need
+from damper.study.yaml_file import join_names
 from damper.tables import Table, number, place_cells, with_units
+
+_FREQUENCIES = ("frequency_ratio", "forcing_frequency")
 
 
 class Performance(Product):
@@ -49,6 +53,9 @@ class Performance(Product):
     def check_against(self, study: StudyContents, mistakes: Mistakes) -> None:
         need(study, mistakes, *self.needs)
         used = self.take_roles(study, mistakes)
+        if self.along in used and self.along not in _FREQUENCIES:
+            message = f"'{self.along}' is no frequency of the force"
+            mistakes.add(("along",), message, join_names(_FREQUENCIES))
         for name in study.branches:
             if name not in used:
                 message = f"the study has several runs at each point ({name})"
@@ -76,7 +83,7 @@ def make(results: Mapping[str, Any], settings: Performance) -> Table:
         _best(in_handy_units(cube), along, over, settings.damped, worst),
         "## What good damping goes with",
         f"Good damping: an rms ratio below {settings.good:g}. Only runs with impacts count.",
-        _shares(shares, frequency),
+        _shares(shares, with_units(f"{frequency} of these", cube[along])),
     ]
     return Table.of(cube, "damper performance", data, body)
 
@@ -93,7 +100,7 @@ def _best(
     others = list(data.columns[: data.columns.get_loc(f"best_{over}")])
     rows = [
         {
-            **place_cells({name: row[name] for name in others}),
+            **place_cells({name: row[name] for name in others}, cube),
             with_units(f"best {label_of(over)}", cube[over]): f"{row[f'best_{over}']:.4g}"
             + ("" if row["interior"] else " (end of the axis)")
             + (f" ({row['equally_good']} more as good)" if row["equally_good"] else ""),
@@ -110,7 +117,7 @@ def _best(
             if row["amplified"]
             else "0",
             "lowest amplitude ratio": f"{row['lowest_amplitude_ratio']:.3f} at "
-            f"{row[f'lowest_at_{along}']:g}",
+            f"{row[f'lowest_at_{along}']:g} {units_of(cube[along].attrs)}".removesuffix(" 1"),
             "impacts per period": f"{row['impacts_per_period']:.2f}",
             "time sticking": f"{row['sticking_fraction']:.0%}",
             "chatter": ("none", "incomplete", "complete")[row["chatter"]],
@@ -120,7 +127,7 @@ def _best(
     return pd.DataFrame(rows)
 
 
-def _shares(shares: Mapping[str, float], frequency: str) -> pd.DataFrame:
+def _shares(shares: Mapping[str, float], range_of: str) -> pd.DataFrame:
     def percent(name: str) -> str:
         return number(shares[name], ".0%")
 
@@ -143,7 +150,7 @@ def _shares(shares: Mapping[str, float], frequency: str) -> pd.DataFrame:
             f"{shares['well_damped_two_impacts']}",
         ),
         (f"share of these within {NEAR:.0%} of the resonance", percent("near_resonance")),
-        (f"{frequency} of these", "none" if math.isnan(shares["lowest"]) else ends),
+        (range_of, "none" if math.isnan(shares["lowest"]) else ends),
         (
             f"share of the runs with impacts more than {NEAR:.0%} below the resonance whose rms "
             "is larger than without damper",

@@ -25,7 +25,7 @@ def make(results: Mapping[str, Any], settings: StatisticsTable) -> Table:
     rows = []
     for row in data.dropna(subset="white").to_dict("records"):
         name = row["mean"]
-        where = place_cells({axis: value for axis, value in row.items() if axis in axes})
+        where = place_cells({axis: value for axis, value in row.items() if axis in axes}, cube)
         rows.append(
             where
             | {"mean": with_units(cube[name].attrs["long_name"], cube[name])}

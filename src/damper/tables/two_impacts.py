@@ -16,7 +16,7 @@ from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import Product, Role, StudyContents
 from damper.study.settings import SECTIONS
-from damper.tables import Table, number, place_cells
+from damper.tables import Table, number, place_cells, with_units
 
 
 class TwoImpacts(Product):
@@ -58,7 +58,7 @@ def make(results: Mapping[str, Any], settings: TwoImpacts) -> Table:
         settled = number(item["largest_settled"], ".1e")
         rows.append(
             {
-                **place_cells(where),
+                **place_cells(where, cube),
                 **{kind: _spans(rows_at(here, {"range": kind})) for kind in RANGES},
                 "compared": f"{item['compared']} of {item['simulated']}",
                 "median difference": number(item["median"], ".1e"),
@@ -68,9 +68,9 @@ def make(results: Mapping[str, Any], settings: TwoImpacts) -> Table:
         )
     body = [
         "The closed-form motion with one impact on each wall per forcing period: where its free "
-        f"mass stays between the walls (exists) and where it is stable, in "
-        f"{label_of(along)}, ends bisected to {resolution:g}. `+`: the range reaches the "
-        "end of the axis.",
+        "mass stays between the walls (exists) and where it is stable, in "
+        f"{with_units(label_of(along), cube[along])}, ends bisected to {resolution:g}. `+`: the "
+        "range reaches the end of the axis.",
         "Compared: of the runs where a stable motion exists, those with two visible impacts per "
         "period (others are on another attractor, or still on their way). Difference: the last "
         "sample's displacement or velocity less the closed form's, dimensionless. Near the ends "
