@@ -16,6 +16,7 @@ from scenes import SLOW as POINT
 from damper import Record, events, simulate
 from damper.figures import trajectory
 from damper.parameters import Parameters
+from damper.tables import make
 
 PERIOD = 2 * math.pi / 0.2
 
@@ -132,6 +133,22 @@ def test_what_drives_stands_above_in_its_own_unit_and_time(shaken: xr.Dataset) -
     at_once = shaken.assign_attrs(transient_periods=0)
     assert drawn("trajectory", at_once).axes[-1].get_xlabel() == "time $t$ / s"
     assert "Omega" not in drawn("trajectory", shaken).get_suptitle()
+
+
+def test_free_motion_has_no_clock_in_figures_and_tables() -> None:
+    common = {name: POINT[name] for name in ("mass_ratio", "damping_ratio", "restitution")}
+    cube = simulate(
+        **common,
+        **{"clearance": [0.2, 0.3], "forcing": "none", "initial_displacement": 1.0},
+        **{"transient": 0, "periods": 2, "observers": {"trajectory": None, "bursts": None}},
+    )
+    figure = drawn("trajectory", cube, at={"clearance": 0.2})
+    assert figure.axes[-1].get_xlabel() == r"time $t$ / ($\sqrt{M/K}$)"
+    assert figure.axes[-1].get_xlim()[1] == pytest.approx(4.0 * math.pi)
+    assert "omega" not in figure.get_suptitle()
+    text = make("intervals", {"cube": cube}, along="clearance", resolution=0.1).markdown()
+    assert "frequency ratio" not in text
+    assert "phase" not in text
 
 
 def test_primary_alone_is_that_of_a_gap_out_of_reach(shaken: xr.Dataset) -> None:

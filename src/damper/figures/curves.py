@@ -232,7 +232,9 @@ def _handles(
         if variables[0] + MEDIAN in place and not settings.lines:
             handles.append(panels.legend_line("their median", **_MEDIAN))
         handles.append(panels.legend_patch("their best to their worst", color=colour, **_BAND))
-    names = [name for name in variables if name + _UNDAMPED in place]
+    names = [
+        n for n in variables if n + _UNDAMPED in place and place[n + _UNDAMPED].notnull().any()
+    ]
     if names or any(name in RATIOS for name in variables):
         if not (settings.lines or settings.band or settings.best or settings.panels):
             handles.append(panels.legend_line("with damper", **_SINGLE))

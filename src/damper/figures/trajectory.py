@@ -18,7 +18,7 @@ from damper.parameters.units import units_of
 from damper.study.messages import Mistakes
 from damper.study.products import At, Caption, Each, FigureSettings, Role, StudyContents
 from damper.study.yaml_file import display
-from damper.sweep.record import force_settings
+from damper.sweep.record import force_settings, unused_quantities
 
 _DRIVE, _ALONE = "trajectory_drive", "trajectory_alone"
 #: Height of the panel of what drives, in inches.
@@ -155,20 +155,15 @@ def in_periods(run: xr.Dataset) -> np.ndarray:
 
 
 def units_in_a_cycle(run: xr.Dataset) -> float:
-    """Length of a cycle as a time axis shows it: 1, but under what is given by its times."""
-    return stretches.cycle(run) if _of(run) else 1.0
-
-
-def _of(run: xr.Dataset) -> str:
-    """What a record or noise is; nothing under another force."""
-    return str(force_settings(run).get("of", ""))
+    """Length of a cycle as a time axis shows it: 1, but under a force without a frequency."""
+    return stretches.cycle(run) if unused_quantities(run) else 1.0
 
 
 def time_label(place: xr.Dataset) -> str:
     """Label of an axis of this time; t0 is where the stretch begins, if not with the run."""
     at_once = place.attrs.get("transient_periods") == 0 and not place.trajectory_start.values.any()
     clock = "t" if at_once else "t - t_0"
-    if _of(place):
+    if unused_quantities(place):
         return style.label("time", f"${clock}$", units_of(place.trajectory_time.attrs))
     frequency = style.SYMBOLS[stretches.forcing_frequency(place)]
     over = f"({clock})/T" if " " in clock else f"{clock}/T"
@@ -201,7 +196,7 @@ def driven_grid(
 def draw_drive(ax: Axes, time: np.ndarray, piece: xr.Dataset) -> None:
     """Draw what drives the primary: the base's acceleration, or the force over its mass."""
     drive = piece[_DRIVE]
-    of_base = _of(piece) == "base_acceleration"
+    of_base = force_settings(piece).get("of") == "base_acceleration"
     ax.axhline(0.0, **_WALL)
     ax.plot(time, -drive.values if of_base else drive.values, **_FORCE)
     title(ax, "acceleration of the base" if of_base else "force over the primary's mass", pad=3.0)

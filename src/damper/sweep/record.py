@@ -82,6 +82,14 @@ def force_settings(cube: Any) -> dict[str, Any]:
     return _said(cube, "forcing", _force) if "forcing" in cube.attrs else {}
 
 
+def unused_quantities(cube: Any) -> tuple[str, ...]:
+    """Quantities that say nothing under a cube's force, as the clock of one without a frequency."""
+    force = force_settings(cube)
+    none = force.get("kind") == "none"
+    clock = ("phase", "frequency_ratio", "forcing_frequency") if none or "of" in force else ()
+    return (*clock, "force_amplitude") if none else clock
+
+
 def masses_of(cube: Any) -> dict[str, Any]:
     """Return how many masses a cube's dampers list, and their tables, as arguments of
     `damper.parameters.tables.beside_numbers`; none where there are none."""

@@ -20,7 +20,7 @@ from damper.parameters.lazy import pd, xr
 from damper.parameters.quantities import is_si
 from damper.parameters.units import units_of
 from damper.study.kinds import TABLES
-from damper.sweep.record import force_settings
+from damper.sweep.record import force_settings, unused_quantities
 
 if TYPE_CHECKING:
     Body = Sequence[str | pd.DataFrame]
@@ -141,11 +141,13 @@ def make(kind: str, results: Mapping[str, Any], **settings: Any) -> Table:
 
 
 def _fixed(cube: xr.Dataset) -> Iterator[str]:
+    unused = unused_quantities(cube)
     values = [
         f"{label_of(name)} {float(cube[name]):g} {units_of(cube[name].attrs)}".removesuffix(
             " 1"
         ).rstrip()
         for name in fixed_values(cube)
+        if name not in unused
     ]
     if force := force_settings(cube):
         values.append(f"forcing {force_text(force, is_si(map(str, cube.coords)))}")

@@ -19,7 +19,7 @@ from damper.parameters.names import unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si, quantities_in
 from damper.parameters.units import handy, units_of
 from damper.sweep.grid import geometric
-from damper.sweep.record import force_settings
+from damper.sweep.record import force_settings, unused_quantities
 
 #: Letters that fit in an inch of heading, of label, and of legend.
 _HEADING, _LABEL, _LEGEND = 15.0, 19.0, 21.0
@@ -131,8 +131,7 @@ def head(
     """
     coords = place.coords
     force = force_settings(place)
-    # The clock of what is given by its times says nothing.
-    hidden = ("phase", "frequency_ratio", "forcing_frequency") if "of" in force else ()
+    hidden = unused_quantities(place)
     # The number of a draw is where it starts.
     hidden = (*hidden, *INITIAL_NAMES) if "draw" in coords else hidden
     values = [
