@@ -34,7 +34,7 @@ STUDY = {
     "history": 2,
     "figures": {
         "energy": {"kind": "lines", "variables": ["mode_energy"], "along": "instant"}
-        | {"lines": "mode", "panels": "gap_0", "at": {"mode_2_frequency": 5.0}, "log": True},
+        | {"lines": "mode", "panels": "gap_0", "at": {"mode_2_frequency": "300 rpm"}, "log": True},
         "peak": {"kind": "lines", "variables": ["peak_displacement"], "along": "gap_0"}
         | {"lines": "point", "at": {"mode_2_frequency": 5.0}},
     },

@@ -145,7 +145,7 @@ def test_si_units(tmp_path: Path, said: str, amplitude: float, unit: str) -> Non
     milli = {"m": "mm"}
     assert shown["force_amplitude"]["units"] == milli.get(unit, unit)
     table = Table.of(cube, "a table", pd.DataFrame(), []).markdown()
-    assert f"force amplitude {amplitude:g} {unit}, " in table
+    assert (f"force amplitude {amplitude:g} {unit}, " in table) == (said != "none")
     values = values.replace(f"force_amplitude: {amplitude}", "gravity: 0")
     if said == "none":  # it has no amplitude
         assert load(tmp_path, said, text=SI_STUDY.replace("{}", values)).fixed == study.fixed | {
@@ -361,6 +361,16 @@ def test_values_with_units(tmp_path: Path) -> None:
     assert study.axis_values["gap"] == (0.02, 0.04)
     assert study.values["forcing_frequency"] == "3.5 Hz"
     assert study.to_yaml() == load(tmp_path, "harmonic", text=study.to_yaml()).to_yaml()
+    figures = """\
+figures:
+  a: {kind: curves, variables: [rms_ratio], along: gap, at: {forcing_frequency: 240 rpm}}
+  b: {kind: curves, variables: [rms_ratio], along: forcing_frequency, at: {gap: 4 cm}}
+"""
+    two = text.replace("forcing_frequency: 210 rpm, ", "").replace("forcing_frequency: 210 rpm", "")
+    two = two.replace("axes: {", "axes: {forcing_frequency: {values: [3.5 Hz, 4 Hz]}, ") + figures
+    SCHEMA.validate(yaml.safe_load(two))
+    made = load(tmp_path, "harmonic", text=two).figures
+    assert [made[name].at for name in "ab"] == [{"forcing_frequency": 4.0}, {"gap": 0.04}]
     axis = text.replace("values: [20 mm, 4 cm]", "start: 1 cm, stop: 40 mm, step: 10 mm")
     assert load(tmp_path, "harmonic", text=axis).axis_values["gap"] == (0.01, 0.02, 0.03, 0.04)
 

@@ -65,6 +65,7 @@ from damper.study.settings import (
     draw_settings,
     drawn_of,
     given_settings,
+    numbers_at,
     texts_with_unit,
 )
 from damper.study.study_file import StudyFile
@@ -166,6 +167,12 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         NamedMapping("table"),
         Field(description="What to tabulate: name of the file -> kind and its settings."),
     ] = _NONE
+
+    @classmethod
+    def without_units(
+        cls, given: Mapping[str, Any], name: str | None, mistakes: Mistakes
+    ) -> dict[str, Any]:
+        return numbers_at(super().without_units(given, name, mistakes), Axis)
 
     @classmethod
     def check_keys(cls, given: Mapping[str, Any], mistakes: Mistakes) -> None:

@@ -226,9 +226,9 @@ Each = Annotated[
 At = Annotated[
     Place | None,
     Field(
-        description="Value of each axis that has no other place in the figure, exactly as the "
-        "axis lists it; also direction: up or down, draw: the number of a draw, and body: that of "
-        "a free mass."
+        description="Value of each axis that has no other place in the figure, as the axis lists "
+        "it, or with its unit, such as 20 mm; also direction: up or down, draw: the number of a "
+        "draw, and body: that of a free mass."
     ),
 ]
 _LEAST = [name for name, which in WORST.items() if which == "least"]

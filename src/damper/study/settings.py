@@ -140,6 +140,32 @@ def texts_with_unit(entry: Any) -> Iterator[tuple[str, tuple[str, str]]]:
                 yield item, parts
 
 
+def numbers_at(given: Mapping[str, Any], axis: type[OfQuantity]) -> dict[str, Any]:
+    """Return settings of a study with an axis's numbers for texts in ``at``, such as 20 mm.
+
+    What is no value of a quantity stays as it is.
+    """
+
+    def number(name: Any, value: Any) -> Any:
+        mistakes = Mistakes()
+        if not (isinstance(name, str) and isinstance(value, str)):
+            return value
+        read = axis.without_units({"value": value}, name, mistakes)
+        return value if mistakes else read["value"]
+
+    def placed(entry: Any) -> Any:
+        at = entry.get("at") if isinstance(entry, dict) else None
+        if not isinstance(at, dict):
+            return entry
+        return entry | {"at": {name: number(name, value) for name, value in at.items()}}
+
+    read = dict(given)
+    for section in ("observers", "figures", "tables"):
+        if isinstance(entries := read.get(section), dict):
+            read[section] = {name: placed(entry) for name, entry in entries.items()}
+    return read
+
+
 class Fixed(OfQuantity):
     """A parameter that is the same throughout the study."""
 

@@ -32,7 +32,7 @@ from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.parts import engine_part
 from damper.study.products import check_listed
-from damper.study.settings import OBSERVER_SETTINGS, AxisValues, given_settings
+from damper.study.settings import OBSERVER_SETTINGS, AxisValues, given_settings, numbers_at
 from damper.study.study_file import ProductBase, StudyFile
 
 _NONE: dict[str, Any] = {}
@@ -310,6 +310,12 @@ class StructureStudy(StudyFile):
         NamedMapping("table"),
         Field(description="What to tabulate: name of the file -> kind and its settings."),
     ] = _NONE
+
+    @classmethod
+    def without_units(
+        cls, given: Mapping[str, Any], name: str | None, mistakes: Mistakes
+    ) -> dict[str, Any]:
+        return numbers_at(super().without_units(given, name, mistakes), StructureAxis)
 
     @cached_property
     def damper(self) -> Any:
