@@ -76,6 +76,9 @@ def test_a_new_study_is_valid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     (tmp_path / TEMPLATE).write_bytes((ROOT / TEMPLATE).read_bytes())
     called("new", "mine")
     assert "exists" in called("new", "mine", code=1)
+    assert "snakemake --cores 2 --config studies='[mine]'" in Path(
+        "config/studies/mine.yaml"
+    ).read_text("utf-8")
     assert "yes" in called("check", "config/studies/mine.yaml")
     assert "yes" in called("check", "mine")
     assert "yes" in called("check", "mine.yaml")

@@ -2,7 +2,6 @@
 
 import importlib.util
 import os
-import shutil
 import subprocess
 import sys
 import warnings
@@ -383,7 +382,8 @@ def new(name: str) -> None:
         raise click.ClickException(f"no {TEMPLATE} here: this is not the project's folder")
     if path.exists():
         raise click.ClickException(f"{path} exists: choose another name")
-    shutil.copy(TEMPLATE, path)
+    text = TEMPLATE.read_text("utf-8").replace("studies='[template]'", f"studies='[{name}]'")
+    path.write_text(text, "utf-8")
     click.echo(f"Edit {path}, and add {name} to the studies in config/config.yaml.")
 
 
