@@ -176,6 +176,7 @@ def test_a_run_that_stops_early_is_missing_and_takes_no_other_with_it(tmp_path, 
     parts = [done(job) for job in study.parts({"max_events": 3}).values()]
     cube = done(study.gathered({})["cube.nc"], *parts)
     assert cube.status.values.tolist() == [1, 0]
+    assert (cube.runs, cube.runs_stopped_early) == (2, 1)
     for name in ("displacement", "mode_energy", "power_residual", "peak_displacement"):
         missing = np.isnan(cube[name])
         assert missing.isel(gap_0=0).all()

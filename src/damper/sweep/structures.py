@@ -99,7 +99,9 @@ def structure_cube(
         for v in one.variables:
             own = replace(v, units=SI_UNITS.get(v.units, v.units))
             data[v.name] = described(own, arrays[v.name], tuple(axes), True)
-    return xr.Dataset(data, coords, dict(attributes))
+    status = arrays["status"]
+    counts = {"runs": status.size, "runs_stopped_early": int((status != 0).sum())}
+    return xr.Dataset(data, coords, {**attributes, **counts})
 
 
 def simulate_structure(
