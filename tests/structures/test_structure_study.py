@@ -11,6 +11,7 @@ import damper
 from damper.parameters.structural import StructureParameters
 from damper.parameters.structure import Structure
 from damper.structures.structure import settings
+from damper.study.check import main
 from damper.study.config import ConfigError, load_study
 
 MODES = [
@@ -167,6 +168,32 @@ def test_observers_and_a_start_are_those_of_a_run(tmp_path):
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["mass 0"]
 
 
+def test_a_record_is_named_by_the_check_and_in_headings(tmp_path, capsys):
+    (tmp_path / "quake.csv").write_text("time (s),east (g)\n0,0\n1,0.1\n2.5,0\n")
+    modes = [mode | {"shapes": mode["shapes"] | {"base": 1.0}} for mode in MODES]
+    study = study_of(
+        tmp_path,
+        structure={"modes": modes},
+        parameters={"force_amplitude": "1 m/s2"},
+        forcing={"kind": "record", "file": "quake.csv", "of": "base_acceleration"},
+        figures={"peak": STUDY["figures"]["peak"]},
+        transient=0,
+    )
+    assert main([str(tmp_path / "beam.yaml")]) == 0
+    said = capsys.readouterr().out
+    assert "beam     yes       1       4     4 " in said
+    assert "the file of its record has east in g" in said
+    assert "runs end at 2 (0 + 2 cycles), before their record does, at 2.5" in said
+    parts = [done(job) for job in study.parts({"accuracy": 1e-12}).values()]
+    cube = done(study.gathered({"accuracy": 1e-12})["cube.nc"], *parts)
+    assert (cube.transient_periods, cube.recorded_periods, cube.accuracy) == (0, 2, 1e-12)
+    words = "record of base acceleration, 3 samples, file quake.csv"
+    figure = study.figure_kinds.module("lines").draw({"cube": cube}, study.figures["peak"])
+    assert words in figure.get_suptitle().replace("\n", " ")
+    table = study.table_kinds.module("values").make({"cube": cube}, study.tables["peaks"])
+    assert table.body[0].endswith(f"force amplitude: 1 m/s², forcing: {words}.")
+
+
 @pytest.mark.parametrize("transient", [0, 2])
 def test_a_run_that_stops_early_is_missing_and_takes_no_other_with_it(tmp_path, transient):
     """Within its window, or before that."""
@@ -245,6 +272,18 @@ def test_settings_in_plain_values_make_the_same_parameters(tmp_path):
         ({"axes": {"gap_0": {"values": [1.0], "unit": "Hz"}}}, "gap_0 is not in Hz here"),
         ({"axes": {}}, "'gap_0' is no dimension of the cube"),
         ({"history": 3}, "the window has 2 cycles"),
+        (
+            {
+                "forcing": {
+                    "kind": "noise",
+                    "seed": "draw",
+                    "step": 0.1,
+                    "duration": 90,
+                    "band": [0, 2],
+                }
+            },
+            "forcing.seed\n    runs on a structure have no draws",
+        ),
         (
             {"observers": {"chatter_bursts": {"since": [0, 2]}}},
             r"yaml:\d+ .*chatter_bursts\n.*since = 2.0: begins after the window of 2 cycles",

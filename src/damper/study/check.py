@@ -61,9 +61,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _cells(study: Any) -> Sequence[str]:
-    """Return what a study takes; nothing is known of those that check the engine."""
+    """Return what a study takes; less is known of those of structures and of the engine."""
     if not isinstance(study, Study):
-        return "-" * len(_COLUMNS)
+        known = (len(study.parts({})), study.runs, study.runs) if hasattr(study, "runs") else ()
+        return [*map(_count, known), *"-" * (len(_COLUMNS) - len(known))]
     found = estimate(study)
     return (
         *(_count(n) for n in (found.slices, found.points, found.runs, found.impacts)),
@@ -77,8 +78,13 @@ def _cells(study: Any) -> Sequence[str]:
 
 def _notes(study: Any) -> Iterator[str]:
     """Yield what runs leave out, does not go into this machine's memory, or is to be compiled."""
-    if not isinstance(study, Study):
+    if not hasattr(study, "force"):
         return
+    if layout := getattr(study.force, "layout", ""):
+        yield (
+            f"the file of its record has {layout} (forcing.columns, delimiter, step and factor may "
+            "say otherwise)"
+        )
     cycle, transient, periods = min(study.windows, key=lambda window: window[0] * sum(window[1:]))
     length = cycle * (transient + periods)
     if length < study.force.end * (1.0 - 1e-9):
@@ -86,6 +92,8 @@ def _notes(study: Any) -> Iterator[str]:
             f"runs end at {length:g} ({transient:g} + {periods:g} cycles), before "
             f"their {study.force.kind} does, at {study.force.end:g}"
         )
+    if not isinstance(study, Study):
+        return
     given = [name for section in study.sections.values() for name in section]
     clock = [name for name in ("forcing_frequency", "frequency_ratio") if name in given]
     if clock and not study.force.has_phase:
@@ -97,11 +105,6 @@ def _notes(study: Any) -> Iterator[str]:
         )
     if is_si(study.ends):
         yield from unusual_damper(study.ends, study.force.kind)
-    if layout := getattr(study.force, "layout", ""):
-        yield (
-            f"the file of its record has {layout} (forcing.columns, delimiter, step and factor may "
-            "say otherwise)"
-        )
     if starts_at_exact_rest(study.initial, study.ends):
         yield (
             "all runs start at exact rest, where a free mass out of the walls' reach stays idle; "

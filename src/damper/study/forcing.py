@@ -28,6 +28,7 @@ from damper.parameters.forcing import (
     forcing_of,
 )
 from damper.study.fields import OrWord, Pair, SIUnit, StrictModel, Text, one_of
+from damper.study.jobs import file_digest
 from damper.study.kinds import Kinds
 from damper.study.messages import Mistakes
 from damper.study.schema import Schema, first_line
@@ -71,6 +72,13 @@ class ForceEntry(_Named):
     def force(self, folder: Path) -> Forcing:
         """Return the force; of several, one. ValueError, TypeError or OSError if it is refused."""
         return forcing_of(self.settings, self.path(folder))
+
+    def about(self, folder: Path) -> dict[str, Any]:
+        """Return what a cube and the page say of it."""
+        about = self.force(folder).settings | ({"seed": EACH_DRAW} if self.drawn else {})
+        path = self.path(folder)
+        file = {} if path is None else {"file": path.name, "digest": file_digest(path)}
+        return about | file
 
     def check_together(self, mistakes: Mistakes) -> None:
         check_origin(self, mistakes)

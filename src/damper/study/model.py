@@ -14,7 +14,6 @@ from pydantic import Field
 
 from damper.parameters import Parameters
 from damper.parameters.forcing import (
-    EACH_DRAW,
     HARMONIC,
     SETTING_UNITS,
     Forcing,
@@ -48,7 +47,6 @@ from damper.study.fields import (
     Text,
 )
 from damper.study.forcing import FORCES, ForceEntry
-from damper.study.jobs import file_digest
 from damper.study.kinds import FIGURES, TABLES
 from damper.study.messages import Mistakes
 from damper.study.products import Product, StudyContents
@@ -286,15 +284,6 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         return {} if given == HARMONIC.settings else {"forcing": given}
 
     @property
-    def forcing_about(self) -> dict[str, Any]:
-        """Attributes of the forcing for the cube and the page."""
-        about = self.force.settings | ({"seed": EACH_DRAW} if self.forcing.drawn else {})
-        path = self.forcing.path(self._folder)
-        if path is not None:
-            about |= {"file": path.name, "digest": file_digest(path)}
-        return about
-
-    @property
     def force_files(self) -> dict[str, str]:
         """The file of its samples, if it has one: argument of a job -> path."""
         path = self.forcing.path(self._folder)
@@ -461,7 +450,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
         for name, rows in self.beside.get("tables", {}).items():
             values[name] = "; ".join(f"{r:g} at {speed:g}" for speed, r in rows)
         if self.forcing_settings:
-            values["forcing"] = force_text(self.forcing_about, si)
+            values["forcing"] = force_text(self.forcing.about(self._folder), si)
         for name, drawn in self.drawn.items():
             values[name] = f"at random: {_drawn_text(drawn, units[name])}"
         products = [settings for _, _, settings in self.products()]

@@ -75,7 +75,7 @@ class SimulatedStudy(Study):  # type: ignore[misc]
             **self.beside,
         )
         if self.forcing_settings:
-            run["forcing"] = json.dumps(self.forcing_about)
+            run["forcing"] = json.dumps(self.forcing.about(self._folder))
         return Job(
             "damper.sweep.cube",
             {

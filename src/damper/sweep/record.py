@@ -4,7 +4,15 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from damper.parameters.forcing import EACH_DRAW, FORCINGS, HARMONIC, Forcing, forcing_of
+from damper.parameters.forcing import (
+    EACH_DRAW,
+    FORCINGS,
+    HARMONIC,
+    Forcing,
+    force_text,
+    forcing_of,
+)
+from damper.parameters.quantities import is_si
 from damper.parameters.setting import END
 from damper.parameters.units import units_of
 
@@ -80,6 +88,15 @@ def force_of(cube: Any) -> dict[str, Forcing]:
 def force_settings(cube: Any) -> dict[str, Any]:
     """Return kind and settings of a cube's force, empty for the default; ValueError if damaged."""
     return _said(cube, "forcing", _force) if "forcing" in cube.attrs else {}
+
+
+def force_words(cube: Any) -> str:
+    """Return what drives a cube's dampers in words, nothing for the default.
+
+    Structures, whose cubes have modes, are in SI units.
+    """
+    force, names = force_settings(cube), list(map(str, cube.coords))
+    return force_text(force, "mode" in names or is_si(names)) if force else ""
 
 
 def unused_quantities(cube: Any) -> tuple[str, ...]:

@@ -15,12 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 from damper.analysis.labels import label_of
 from damper.analysis.places import fixed_values
-from damper.parameters.forcing import force_text
 from damper.parameters.lazy import pd, xr
-from damper.parameters.quantities import is_si
 from damper.parameters.units import units_of
 from damper.study.kinds import TABLES
-from damper.sweep.record import force_settings, unused_quantities
+from damper.sweep.record import force_words, unused_quantities
 
 if TYPE_CHECKING:
     Body = Sequence[str | pd.DataFrame]
@@ -149,8 +147,8 @@ def _fixed(cube: xr.Dataset) -> Iterator[str]:
         for name in fixed_values(cube)
         if name not in unused
     ]
-    if force := force_settings(cube):
-        values.append(f"forcing {force_text(force, is_si(map(str, cube.coords)))}")
+    if force := force_words(cube):
+        values.append(f"forcing {force}")
     if values:
         yield f"Fixed: {', '.join(values)}."
 

@@ -13,13 +13,12 @@ import numpy as np
 from damper.analysis.places import observed, value_on
 from damper.analysis.reduction import runs_over
 from damper.figures.common import style
-from damper.parameters.forcing import force_text
 from damper.parameters.lazy import Artist, Axes, Axis, Figure, Formatter, xr
 from damper.parameters.names import unknown_name
-from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si, quantities_in
+from damper.parameters.quantities import ALL, INITIAL_NAMES, quantities_in
 from damper.parameters.units import handy, units_of
 from damper.sweep.grid import geometric
-from damper.sweep.record import force_settings, unused_quantities
+from damper.sweep.record import force_words, unused_quantities
 
 #: Letters that fit in an inch of heading, of label, and of legend.
 _HEADING, _LABEL, _LEGEND = 15.0, 19.0, 21.0
@@ -130,7 +129,6 @@ def head(
     A value that a study need not give, such as a phase of 0, is left out.
     """
     coords = place.coords
-    force = force_settings(place)
     hidden = unused_quantities(place)
     # The number of a draw is where it starts.
     hidden = (*hidden, *INITIAL_NAMES) if "draw" in coords else hidden
@@ -140,8 +138,8 @@ def head(
         if name in coords and coords[name].ndim == 0 and name not in hidden
         if name not in ALL or coords[name].item() != ALL[name].default
     ]
-    if force:
-        kind, *rest = force_text(force, is_si(map(str, coords))).split(", ")
+    if force := force_words(place):
+        kind, *rest = force.split(", ")
         values += [_FORCES.get(kind, kind), *rest]
     values += remarks
     values = [f"{text}," for text in values[:-1]] + values[-1:]

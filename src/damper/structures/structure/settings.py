@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from functools import cached_property
@@ -15,6 +16,7 @@ from pydantic_core import CoreSchema, core_schema
 from damper.analysis.labels import label_of
 from damper.observers import make_observers, of_all_masses
 from damper.parameters.dampers import SIParameters
+from damper.parameters.forcing import HARMONIC, Forcing, force_text
 from damper.parameters.names import OF_A_MASS_STRUCTURE, split
 from damper.parameters.quantity import Quantity
 from damper.parameters.structural import StructureParameters
@@ -414,6 +416,8 @@ class StructureStudy(StudyFile):
             return
         if math.prod(len(axis.given) for axis in self.axes.values()) > MOST_POINTS:
             mistakes.add(("axes",), "too many points", f"at most {MOST_POINTS}")
+        if self.forcing.drawn:
+            mistakes.add(("forcing", "seed"), "runs on a structure have no draws", "integer >= 0")
         for name, axis in self.axes.items():
             if axis.unit and name != "forcing_frequency":
                 mistakes.add(("axes", name, "unit"), f"{name} is not in Hz here", "left out")
@@ -486,9 +490,26 @@ class StructureStudy(StudyFile):
         }
 
     @property
+    def force(self) -> Forcing:
+        """What drives the structure."""
+        return self.damper.forcing  # type: ignore[no-any-return]
+
+    @property
+    def windows(self) -> list[tuple[float, int, int]]:
+        """Length of a cycle, and cycles before and in the window, at the ends of the clock."""
+        clock = self.axes.get("forcing_frequency")
+        ends = [{"forcing_frequency": value} for value in (clock.points if clock else ())]
+        dampers = [self.damper.having(end) for end in ends] or [self.damper]
+        return [(one.cycle, self.transient, self.periods) for one in dampers]
+
+    @property
+    def runs(self) -> int:
+        """Number of runs, one at each point of the grid."""
+        return math.prod(len(axis.points) for axis in self.axes.values())
+
+    @property
     def _work(self) -> float:
-        runs = math.prod(len(axis.points) for axis in self.axes.values())
-        return float(runs * self.damper.work(self.transient + self.periods))
+        return float(self.runs * self.damper.work(self.transient + self.periods))
 
     @property
     def _compiled(self) -> tuple[str, ...]:
@@ -518,12 +539,20 @@ class StructureStudy(StudyFile):
                 for name, axis in self.axes.items()
             },
             "points": list(self.damper.structure.points),
-            "attributes": self.attributes(),
+            "attributes": self.attributes() | self._run | dict(engine),
             "fixed": self.fixed,
         }
         if self.observers:
             settings["observers"] = self._observed
         return {"cube.nc": Job(f"{_HERE}.runs", settings, needs=tuple(self._split))}
+
+    @property
+    def _run(self) -> dict[str, Any]:
+        """Attributes of the cube that say how it was run, as in one of `damper.simulate`."""
+        length = {"transient_periods": self.transient, "recorded_periods": self.periods}
+        if self.force == HARMONIC:
+            return length
+        return {"forcing": json.dumps(self.forcing.about(self._folder)), **length}
 
     @property
     def values(self) -> dict[str, str]:
@@ -537,7 +566,7 @@ class StructureStudy(StudyFile):
             found[self.damper.words_of(name)] = (
                 f"{values[0]:g} to {values[-1]:g} {unit}, {len(values)} values"
             )
-        return found | {"forcing": self.forcing.kind}
+        return found | {"forcing": force_text(self.forcing.about(self._folder), si=True)}
 
     @property
     def units(self) -> dict[str, str]:

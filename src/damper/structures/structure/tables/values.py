@@ -12,6 +12,7 @@ from damper.parameters.lazy import xr
 from damper.structures.structure.figures.lines import value_text
 from damper.study.fields import DistinctList, Text
 from damper.study.study_file import ProductBase
+from damper.sweep.record import force_words
 from damper.tables import Table, with_units
 
 
@@ -41,5 +42,8 @@ def make(results: Mapping[str, Any], settings: StructureValues) -> Table:
     shown = [name for name in frame if name not in alone]
     cells = frame[shown].map(lambda value: f"{value:.4g}")
     cells.columns = [with_units(label_of(name), found[name]) for name in shown]
-    fixed = f"Fixed: {', '.join(value_text(cube, name) for name in alone)}."
-    return Table.of(cube.drop_vars(alone), "values", frame, [fixed] * bool(alone) + [cells])
+    fixed = [value_text(cube, name) for name in alone]
+    fixed += [f"forcing: {force}"] if (force := force_words(cube)) else []
+    bare = cube.drop_vars(alone).drop_attrs()
+    bare.attrs["title"] = cube.attrs["title"]
+    return Table.of(bare, "values", frame, [f"Fixed: {', '.join(fixed)}.", cells])
