@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from damper.figures import draw
 from damper.figures.common.style import save, style
 from damper.observers import class_in
-from damper.parameters.variables import ENERGY, LENGTH, SPEED, Variable
+from damper.parameters.variables import ENERGY, LENGTH, NO_VALUE, SPEED, Variable
 from damper.study.study_file import ProductBase
 from damper.sweep.cube import dataset
 
@@ -58,7 +58,10 @@ def made_up(
         else np.broadcast_to(values, lengths).reshape(runs).astype(VARIABLES[name].dtype)
         for name, values in arrays.items()
     }
-    status = {"status": np.zeros(runs, "i1")}
+    # A run without a value has stopped.
+    missing = [np.isnan(v) if v.dtype.kind == "f" else v == NO_VALUE for v in data.values()]
+    stopped = np.any([m.reshape(runs, -1).any(axis=1) for m in missing], axis=0)
+    status = {"status": stopped.astype("i1")}
     variables = [VARIABLES[name] for name in arrays]
     attributes = {"title": "A made-up study"}
     return dataset(axes, fixed, data | status, variables, {}, attributes, branches)

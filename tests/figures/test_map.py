@@ -127,7 +127,7 @@ def test_motions_are_marked_once_per_cycle() -> None:
 
 
 def test_continuous_colours_and_their_bar() -> None:
-    """Stopped runs are grey."""
+    """Stopped runs are grey; so is a run without the value, as of no impact."""
     values = np.arange(12.0).reshape(4, 3)
     values[2, 1] = np.nan
     figure = the_map(made_up(AXES, peak_displacement=values), "peak_displacement")
@@ -137,6 +137,9 @@ def test_continuous_colours_and_their_bar() -> None:
     label = " ".join(bar.get_ylabel().split())
     assert label == r"largest displacement $x_\mathrm{max}$ / ($F_0/K$)"
     assert legend_texts(figure) == ["run stopped"]
+    finished = made_up(AXES, peak_displacement=values)
+    finished["status"] = 0 * finished.status
+    assert legend_texts(the_map(finished, "peak_displacement")) == ["no value"]
 
 
 def test_ratios_are_white_at_one_with_a_line() -> None:

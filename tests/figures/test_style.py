@@ -80,6 +80,7 @@ def test_labels_name_every_parameter() -> None:
     assert style.value_text("direction", "up") == "continued upwards"
     assert style.value_text("stiffness", 4e6) == r"$K$ = $4\times 10^{6}$ N/m"
     assert style.value_text("draw", 3) == "draw 3"
+    assert style.value_text("walls", -1.0) == "walls: left"
     assert style.axis_label("clearance") == "clearance to each wall $d$ / ($F_0/K$)"
     assert style.axis_label("initial_velocity", "m/s").endswith(r"$\dot x_0$ / (m/s)")
     assert len({style.axis_label(name) for name in ALL}) == len(ALL)

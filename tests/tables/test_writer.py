@@ -21,16 +21,23 @@ def test_files_have_all_digits_and_unix_line_ends(tmp_path) -> None:
 def test_every_table_says_what_its_study_fixes_and_assumes() -> None:
     cube = xr.Dataset(
         {"x": ("clearance", [1.0, 2.0])},
-        {"mass_ratio": ((), 0.1, {"assumed": "lost"}), "clearance": [0.1, 0.2]},
+        {
+            "mass_ratio": ((), 0.1, {"assumed": "lost"}),
+            "walls": ((), -1.0),
+            "clearance": [0.1, 0.2],
+        },
         {"title": "A study", "assumed_visibility_threshold": "ours"},
     )
     for name, value in {"chatter": [0, 0], "status": [0, 0]}.items():
         cube[name] = "clearance", value
     cube.attrs["observers"], cube.attrs["primary_starts"] = '{"bursts": {}}', "rest"
     cube.attrs |= {"transient_periods": 1, "recorded_periods": 1, "accuracy": 1e-9, "max_events": 9}
+    cube.attrs["restitution_tables"] = '{"restitution_table": [[0.1, 0.9], [1, 0.7]]}'
     text = make("intervals", {"cube": cube}, along="clearance", resolution=0.1).markdown()
     title = "# A study: chatter intervals in clearance"
-    assert text.startswith(f"{title}\n\nFixed: mass ratio 0.1.\n\n")
+    assert text.startswith(
+        f"{title}\n\nFixed: mass ratio 0.1, walls left, restitution table 0.9 to 0.7.\n\n"
+    )
     assert text.endswith("\n- mass ratio: lost\n- visibility threshold: ours\n")
 
 

@@ -199,7 +199,7 @@ def draw(results: Mapping[str, Any], settings: Map) -> Figure:
     shown = panels.parts(place, settings.panels)
     figure, axes = panels.wrapped_panels(len(shown), _HEIGHTS, rest=1.0)
     colours, norm = _colours(place[variable], classes)
-    handles = _classes(place[variable], classes)
+    handles = _classes(place[variable], classes, _missing(cube, settings.variable))
     for ax, (text, panel) in zip(axes, shown, strict=True):
         values = layout.numbers(panel[variable], y, x)
         mesh = _cells(ax, panel, values, colours, norm, settings)
@@ -506,7 +506,13 @@ def _ratio_ticks(low: float, high: float) -> list[float]:
     return shown
 
 
-def _classes(array: xr.DataArray, classes: Sequence[tuple[str, str]]) -> list[Artist]:
+def _missing(cube: xr.Dataset, variable: str) -> str:
+    """Say why points have no value: runs stopped, or the variable has none, as of no impact."""
+    finished = variable in cube and bool((cube[variable].isnull() & (cube.status == 0)).any())
+    return "no value" if finished or variable in style.RATIOS else "run stopped"
+
+
+def _classes(array: xr.DataArray, classes: Sequence[tuple[str, str]], missing: str) -> list[Artist]:
     """Legend entries of the classes that occur, and of points without a value."""
     values, rim = layout.numbers(array), {"edgecolor": style.BLACK, "lw": 0.4}
     handles = [
@@ -515,6 +521,5 @@ def _classes(array: xr.DataArray, classes: Sequence[tuple[str, str]]) -> list[Ar
         if (values == index).any()
     ]
     if np.isnan(values).any():
-        text = "no value" if array.name in style.RATIOS else "run stopped"
-        handles.append(panels.legend_patch(text, facecolor=style.MISSING, **rim))
+        handles.append(panels.legend_patch(missing, facecolor=style.MISSING, **rim))
     return handles

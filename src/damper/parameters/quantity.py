@@ -144,6 +144,10 @@ class Quantity:
             raise unknown_name(self.name, word, known)
         return known[word]
 
+    def text_of(self, value: float) -> str:
+        """Return the word that stands for a value, or else its number."""
+        return {number: word for word, number in self.words}.get(value, f"{value:g}")
+
     @property
     def si_names(self) -> tuple[str, ...]:
         """Quantities of `SIParameters` that it is formed from; its own counterpart first."""

@@ -117,6 +117,14 @@ def masses_of(cube: Any) -> dict[str, Any]:
     return {k: _said(cube, name, of) for k, (name, of) in read.items() if name in cube.attrs}
 
 
+def table_words(cube: Any) -> list[str]:
+    """Return each table of restitution in words, from its first row to its last one."""
+    tables = masses_of(cube).get("tables", {})
+    return [
+        f"{n.replace('_', ' ')} {rows[0][1]:g} to {rows[-1][1]:g}" for n, rows in tables.items()
+    ]
+
+
 def primary_of(cube: Any) -> str:
     """Where the primary of a cube's runs starts; ValueError for runs from a given state."""
     primary = _said(cube, "primary_starts", _start)

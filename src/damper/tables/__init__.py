@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Any
 from damper.analysis.labels import label_of
 from damper.analysis.places import fixed_values
 from damper.parameters.lazy import pd, xr
+from damper.parameters.quantities import ALL
 from damper.parameters.units import units_of
 from damper.study.kinds import TABLES
-from damper.sweep.record import force_words, unused_quantities
+from damper.sweep.record import force_words, table_words, unused_quantities
 
 if TYPE_CHECKING:
     Body = Sequence[str | pd.DataFrame]
@@ -107,7 +108,7 @@ def number(value: float, form: str, missing: str = "none") -> str:
 def place_cells(place: Mapping[str, Any], cube: xr.Dataset) -> dict[str, str]:
     """Return the first cells of a row, those that say where of a cube it is."""
     return {
-        with_units(label_of(name), cube[name]): f"{x:g}" if isinstance(x, float) else f"{x}"
+        with_units(label_of(name), cube[name]): ALL[name].text_of(x) if name in ALL else f"{x}"
         for name, x in place.items()
     }
 
@@ -141,12 +142,12 @@ def make(kind: str, results: Mapping[str, Any], **settings: Any) -> Table:
 def _fixed(cube: xr.Dataset) -> Iterator[str]:
     unused = unused_quantities(cube)
     values = [
-        f"{label_of(name)} {float(cube[name]):g} {units_of(cube[name].attrs)}".removesuffix(
-            " 1"
-        ).rstrip()
+        f"{label_of(name)} {ALL[name].text_of(float(cube[name]))} "
+        f"{units_of(cube[name].attrs)}".removesuffix(" 1").rstrip()
         for name in fixed_values(cube)
         if name not in unused
     ]
+    values += table_words(cube)
     if force := force_words(cube):
         values.append(f"forcing {force}")
     if values:

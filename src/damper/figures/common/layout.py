@@ -18,7 +18,7 @@ from damper.parameters.names import unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, quantities_in
 from damper.parameters.units import handy, units_of
 from damper.sweep.grid import geometric
-from damper.sweep.record import force_words, unused_quantities
+from damper.sweep.record import force_words, table_words, unused_quantities
 
 #: Letters that fit in an inch of heading, of label, and of legend.
 _HEADING, _LABEL, _LEGEND = 15.0, 19.0, 21.0
@@ -138,6 +138,7 @@ def head(
         if name in coords and coords[name].ndim == 0 and name not in hidden
         if name not in ALL or coords[name].item() != ALL[name].default
     ]
+    values += table_words(place)
     if force := force_words(place):
         kind, *rest = force.split(", ")
         values += [_FORCES.get(kind, kind), *rest]

@@ -286,6 +286,8 @@ def value_text(name: str, value: Any, units: str | None = None) -> str:
         return f"mass {value}"
     if name not in ALL:
         return _BRANCHES.get((name, value), f"{name} {value}")
+    if ALL[name].words:
+        return f"{name}: {ALL[name].text_of(value)}"
     shown = units_text(units or ALL[name].units)
     return f"{_symbol(name, units)} = {_number(value)} {shown}".rstrip()
 
