@@ -223,6 +223,19 @@ def test_edges_are_where_runs_from_rest_change(table: pd.DataFrame) -> None:
     assert checked > 10
 
 
+def test_of_several_masses_each_has_its_own_intervals() -> None:
+    """Beside a mass that no wall reaches, those of the other alone."""
+    common = {**FIXED, "mass_ratio": 0.25, "restitution": GRID_R[::3]}
+    alone = simulate(**common, observers={"bursts": {"threshold": 0.03}}, **LONG)
+    masses = [{}, {"clearance": 1e3}]
+    bursts = {"threshold": 0.03, "bodies": [0, 1]}
+    both = simulate(**common, masses=masses, observers={"bursts": bursts}, **LONG)
+    wanted, found = (chatter_intervals(c, "restitution", 1e-2) for c in (alone, both))
+    assert set(found["body"]) == {0}
+    edges = ["restitution_lower", "restitution_upper"]
+    assert np.allclose(found[edges], wanted[edges], atol=1e-2)
+
+
 def test_edges_that_are_chance_do_not_survive() -> None:
     """Where a shift of the clearance, far below anything that is asked for, changes a run beside
     an edge, the edge is marked; where none of twenty does, it is not."""

@@ -194,6 +194,25 @@ def test_free_mass_between_the_walls_and_approach_speeds() -> None:
         )
 
 
+def test_of_several_masses_one_is_drawn_over_its_own_clearance_or_chatter_of_any() -> None:
+    bodies = {"bodies": [0, 1]}
+    cube = simulate(
+        **{"damping_ratio": 0.02, "frequency_ratio": [0.8, 0.9], "restitution": 0.5},
+        masses=[{"mass_ratio": 0.1, "clearance": 2.0}, {"mass_ratio": 0.1, "clearance": 0.1}],
+        **{"transient": 20, "periods": 5},
+        observers={"stroboscopic_section": {"free_mass": True, **bodies}, "bursts": bodies},
+    )
+    settings: dict[str, Any] = {"along": "frequency_ratio", "variables": ["relative_displacement"]}
+    figure = drawn(cube, **settings, at={"body": 1})
+    assert "mass 1" in figure.get_suptitle()
+    between = (cube.free_displacement.sel(body=1) - cube.displacement).values.ravel() / 0.1
+    np.testing.assert_allclose(points(figure.axes[0]).get_ydata(), between)
+    assert np.abs(between).max() <= 1.0 + 1e-12
+    cube["chatter"][:] = [[0, 0], [2, 0]]
+    (ax,) = drawn(cube, along="frequency_ratio", variables=["displacement"]).axes
+    assert [patch.get_x() for patch in ax.patches] == [pytest.approx(0.85)]
+
+
 def test_amplitudes_are_points_of_each_direction_over_the_undamped_curve() -> None:
     """Points, for a line would join what lies on either side of a jump."""
     cube = simulated(follow={"frequency_ratio": "both"})

@@ -110,8 +110,9 @@ def chatter_intervals(cube: xr.Dataset, along: str, resolution: float = 1e-3) ->
     for where in places(cube.chatter, along):
         place = cube.sel(where).isel({along: order})
         here = {name: own_values(cube, name, value) for name, value in where.items()}
+        bodies = [here.pop("body")] if "body" in here else []
         units = cube[along].attrs.get("units")
-        chatter_at = ChatterAt(along, fixed | here, list(visible.values()), run, units)
+        chatter_at = ChatterAt(along, fixed | here, list(visible.values()), run, units, bodies)
         for k, (name, threshold) in enumerate(visible.items()):
             grid = place.chatter
             if k:
@@ -233,7 +234,8 @@ class ChatterAt:
     """Chatter of single runs for every threshold at once, each value of `along` simulated once.
 
     All other parameters are `fixed`. Thresholds are as the bursts observer takes them; after the
-    first one, fractions. `run` has the other arguments of `damper.sweep.runs.run_points`.
+    first one, fractions. `run` has the other arguments of `damper.sweep.runs.run_points`. Of
+    several free masses `bodies` has the number of the one.
     """
 
     def __init__(
@@ -243,10 +245,12 @@ class ChatterAt:
         thresholds: Sequence[Any],
         run: Mapping[str, Any],
         units: str | None = None,
+        bodies: Sequence[int] = (),
     ) -> None:
         self._along, self._units = along, units
         self._fixed = dict(fixed)
-        observer = {"threshold": thresholds[0], "compare_thresholds": thresholds[1:]}
+        observer: dict[str, Any] = {"threshold": thresholds[0], "bodies": bodies}
+        observer["compare_thresholds"] = thresholds[1:]
         self._run = {**run, "observers": {"bursts": observer}}
         self._known: dict[float, np.ndarray] = {}
 
@@ -260,8 +264,8 @@ class ChatterAt:
             arrays, _ = run_points([point], **self._run)
             if arrays["status"][0]:
                 raise ValueError(f"chatter is not known: the run at {point} stopped early")
-            more = arrays.get("chatter_by_threshold", np.empty((1, 0)))
-            self._known[value] = np.concatenate([arrays["chatter"], more[0]])
+            more = arrays.get("chatter_by_threshold", np.empty(0))
+            self._known[value] = np.concatenate([arrays["chatter"].ravel(), more.ravel()])
         return self._known[value]
 
 

@@ -117,12 +117,17 @@ def cycle(place: xr.Dataset) -> float:
 
 def half_gap(place: xr.Dataset) -> float:
     """Distance from the centre to each wall, in the cube's unit of length; of its `body`."""
-    body, coords = int(place.coords.get("body", 0)), place.coords
+    return float(half_gap_of(place, int(place.coords.get("body", 0))))
+
+
+def half_gap_of(cube: xr.Dataset, body: int) -> xr.DataArray:
+    """The same of a free mass, along the axes of its clearance."""
+    coords = cube.coords
     factor = coords.get(f"clearance_factor_{body}", coords.get("clearance_factor", 1.0))
     for name, part in (("clearance", 1.0), ("gap", 0.5)):
         for own in (f"{name}_{body}", name):
             if own in coords:
-                return part * float(coords[own]) * float(factor)
+                return part * coords[own] * factor  # type: ignore[no-any-return]
     raise ValueError("the cube has lost how far the walls are apart")
 
 

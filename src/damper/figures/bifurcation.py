@@ -10,6 +10,7 @@ from pydantic import Field
 
 from damper.analysis.labels import label_of
 from damper.analysis.runs import runs
+from damper.analysis.stretches import half_gap_of
 from damper.figures.common import layout, panels, style
 from damper.figures.common.undamped import OVER, REFERENCE, undamped
 from damper.figures.overlays import Panels, draw_overlays
@@ -23,6 +24,7 @@ from damper.study.messages import Mistakes
 from damper.study.settings import SECTIONS
 from damper.study.yaml_file import join_names
 from damper.sweep.grid import geometric
+from damper.sweep.idle import of_any_mass
 
 if TYPE_CHECKING:
     from matplotlib.transforms import ScaledTranslation
@@ -208,6 +210,8 @@ def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:
     """Return the piece of a cube to show."""
     cube = with_relative(cube, settings.variables)
     marked = [name for name in ("chatter", "status") if name in cube]
+    if "chatter" in cube and "body" not in (settings.at or {}):
+        cube = cube.assign(chatter=of_any_mass(cube.chatter))
     beside = [OVER[name] for name in settings.variables if name in OVER]
     known = [*(name for name in settings.variables if name != _MULTIPLIER), *marked]
     known += [name for name in beside if name in cube]
@@ -240,7 +244,10 @@ def with_relative(cube: xr.Dataset, variables: Sequence[str]) -> xr.Dataset:
         return cube
     if "free_displacement" not in cube:
         raise ValueError("the section has no free mass: give it free_mass: true")
-    half = cube.clearance if "clearance" in cube.coords else 0.5 * cube.gap
+    if "body" in cube.free_displacement.dims:
+        half: Any = sum(half_gap_of(cube, k) * (cube.body == k) for k in cube.body.values)
+    else:
+        half = half_gap_of(cube, int(cube.coords.get("body", 0)))
     between = (cube.free_displacement - cube.displacement) / half.where(half > 0.0)
     velocity = cube.free_velocity - cube.velocity
     name = {"long_name": cube.displacement.attrs.get("long_name", "")}

@@ -308,6 +308,8 @@ class FigureSettings(Product):
         """Note a mistake: it shows a single free mass, and the study has several."""
         shown = {getattr(self, "variable", None), *(getattr(self, "variables", None) or ())}
         shown |= {name for name in self.needs if isinstance(name, str)}
+        # The relative motion of a section is that of a free mass.
+        shown = {name and name.replace("relative_", "free_") for name in shown}
         for name in sorted(filter(None, shown & study.of_bodies)):
             ways = [f"{key}: body, or " for key, role in self.roles.items() if role.bodies]
             allowed = f"{''.join(ways)}at: {{body: {study.bodies[0]}}}"

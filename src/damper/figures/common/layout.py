@@ -134,7 +134,7 @@ def head(
     hidden = (*hidden, *INITIAL_NAMES) if "draw" in coords else hidden
     values = [
         place_text(place, name, coords[name].item())
-        for name in (*quantities_in(coords), "direction", "draw")
+        for name in (*quantities_in(coords), "direction", "draw", "body")
         if name in coords and coords[name].ndim == 0 and name not in hidden
         if name not in ALL or coords[name].item() != ALL[name].default
     ]
