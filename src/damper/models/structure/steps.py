@@ -34,8 +34,9 @@ from damper.models.structure.constants import (
 #: derivatives; increments over a time; and three to work with.
 X, V, A, J, WAY, CHANGE, LOWER, UPPER = range(8)
 ROWS = 9
-#: Lengths of steps with a matrix, each twice the one before.
-_LEVELS = 10
+#: Lengths of steps with a matrix, each twice the one before: made when they are asked for. A fast
+#: mode has billions of steps in the time that a search looks ahead.
+_LEVELS = 30
 
 
 @compiled_apart
