@@ -34,5 +34,7 @@ def test_each_motion_at_each_value_of_an_axis() -> None:
     assert found.starts.tolist() == [1, 2, 4, 0]
     assert found.of.tolist() == [3, 3, 4, 4]
     assert basin_fractions(cube).fraction.tolist() == [5 / 7, 2 / 7]
+    with pytest.raises(ValueError, match="of each mass: choose one"):
+        basin_fractions(xr.concat([cube, cube], "body"))
     table = make({"cube": cube}, Basins.model_construct(along="clearance", confidence=0.9))
     assert "90% confidence" in str(table.body)

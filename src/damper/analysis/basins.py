@@ -37,12 +37,16 @@ def basin_fractions(
     Raises
     ------
     ValueError
-        When the cube lacks the axis or a variable, or has no starts.
+        When the cube lacks the axis or a variable, has no starts, or has several free masses.
     """
     if along is not None:
         require_axes(cube, along)
     in_range("confidence", confidence, minimum=0, maximum=1, below=True)
     classes, names = attractors(cube)
+    if classes.sizes.get("body", 1) > 1:
+        raise ValueError(
+            "a start ends in one motion of each mass: choose one, as isel(body=0) does"
+        )
     starts = {dim for name in INITIAL_NAMES if name in cube.coords for dim in cube[name].dims}
     if not starts & {*classes.dims} - {along}:
         raise ValueError(

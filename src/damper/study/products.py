@@ -458,8 +458,11 @@ def require_listed_bursts(study: StudyContents, mistakes: Mistakes) -> None:
 
 
 def require_starts(study: StudyContents, mistakes: Mistakes, along: str | None) -> None:
-    """Note that the study has one start at each point of an axis."""
-    if not study.starts and not {*INITIAL_NAMES} & {*study.dimensions} - {along}:
+    """Note that the study has one start at each point of an axis, or several motions of a start."""
+    if "motion" in study.of_bodies:
+        message = f"counts motions of one free mass, and motion has {len(study.bodies)}"
+        mistakes.add((), message, f"observers: {{motion: {{bodies: [{study.bodies[0]}]}}}}")
+    elif not study.starts and not {*INITIAL_NAMES} & {*study.dimensions} - {along}:
         mistakes.add((), "needs several starts", "draws, or axes, of initial quantities")
 
 

@@ -8,10 +8,11 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from damper.analysis.basins import basin_fractions
+from damper.analysis.labels import label_of
 from damper.study.fields import Text
 from damper.study.messages import Mistakes
 from damper.study.products import Product, Role, StudyContents, require_starts
-from damper.tables import Table
+from damper.tables import Table, with_units
 
 
 class Basins(Product):
@@ -35,6 +36,8 @@ def make(results: Mapping[str, Any], settings: Basins) -> Table:
     cube = results["cube"]
     data = basin_fractions(cube, settings.along, settings.confidence)
     cells = data.map(lambda cell: f"{cell:.4g}" if isinstance(cell, float) else cell)
+    if along := settings.along:
+        cells = cells.rename(columns={along: with_units(label_of(along), cube[along])})
     text = (
         "Runs that end in each motion, of all that did not stop. The limits are Wilson's, of "
         f"{settings.confidence:.0%} confidence, as if the starts were drawn at random."
