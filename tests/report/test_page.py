@@ -177,6 +177,8 @@ def test_every_study_of_the_project_has_a_subject() -> None:
     names = {path.stem for path in (ROOT / "config/studies").glob("*.yaml")} - {"template"}
     of = {name: Chapter(name, "", "", "").subject for name in names | {"mine"}}
     assert [name for name, subject in of.items() if subject == "Your studies"] == ["mine"]
+    mine = load_study(ROOT / "config/studies/modes.yaml").about() | {"name": "mine", "tables": []}
+    assert chapter(mine, ROOT).subject == "Your studies"
     for names_of in SUBJECTS.values():
         for pattern in names_of.split():
             assert fnmatch.filter(names, pattern), f"no study {pattern}"

@@ -465,6 +465,9 @@ class StructureStudy(StudyFile):
         given = {name: given_settings(entry) for name, entry in self.observers.items()}
         return of_all_masses(given, len(self.masses))
 
+    def about(self) -> dict[str, Any]:
+        return super().about() | {"interactive": ()}
+
     def parts(self, engine: Mapping[str, Any]) -> dict[str, Job]:
         """Return jobs that share the values of the first axis."""
         settings = {
