@@ -227,6 +227,11 @@ def test_two_halves_in_step_are_one() -> None:
     same(halves[halves["body"] == 1], events(on(BEAM, {}), until=14.0), 1e-12)
 
 
+def test_one_mass_alone_may_have_weight_in_an_inclined_box() -> None:
+    each = on(BEAM, {"gravity": 1.0}, {}, inclination=30.0).each
+    assert [one.gravity for one in each] == [pytest.approx(0.5), 0.0]
+
+
 def test_speeds_that_fall_without_end_are_none() -> None:
     """A wall presses mass 1 only as long as friction holds mass 0, which each impact moves."""
     shapes = {"a": [-0.81, -0.32, -0.91], "base": [-0.11, -0.51, 0.68]}

@@ -431,7 +431,7 @@ class StructureParameters(QuantityClass, shares=SIParameters):
             if given and not here["transverse_acceleration"]:
                 raise ValueError(
                     f"{where}{name} = {here[name]!r} without transverse_acceleration: nothing "
-                    f"{does}; give it in m/s2, 9.81 in a level box"
+                    f"{does}; give it for all masses in m/s2, 9.81 in a level box"
                 )
         if hangs and (here["tie_stiffness"] or here["friction_coefficient"]):
             other = "tie_stiffness" if here["tie_stiffness"] else "friction_coefficient"
@@ -439,9 +439,10 @@ class StructureParameters(QuantityClass, shares=SIParameters):
                 f"{where}pendulum_length and {other}: a pendulum is its own tie and does not rub; "
                 "leave out one of the two"
             )
-        if self.inclination not in (0.0, 90.0) and not here["gravity"]:
+        pulled = self.gravity or any(dict(one).get("gravity") for one in self.masses or ())
+        if self.inclination not in (0.0, 90.0) and not pulled:
             raise ValueError(
-                f"{where}inclination = {self.inclination!r} without gravity: nothing pulls the "
+                f"inclination = {self.inclination!r} without gravity: nothing pulls the "
                 "free mass along the box; give it in m/s2, 9.81 on the earth"
             )
 

@@ -34,6 +34,7 @@ def check_study(study: Study) -> None:
         mistakes.add((key,), *words.split(": must be "))
     mistakes.raise_any()
     contents = study.contents
+    _check_spacing(study, mistakes)
     _check_draws(study, mistakes)
     _check_observers(study, contents, mistakes)
     _check_displaced(study, mistakes)
@@ -54,6 +55,16 @@ def check_study(study: Study) -> None:
     if not mistakes:
         refuse_excess(study, mistakes)
     mistakes.raise_any()
+
+
+def _check_spacing(study: Study, mistakes: Mistakes) -> None:
+    """Note a distance from one free mass to the next where there is one."""
+    name = "initial_spacing"
+    for section, given in study.sections.items():
+        if name in given and len(study.masses) < 2 and any(study.ends[name]):
+            mistakes.add(
+                (section, name), "it is the distance of several masses", "masses: [{}, {}]"
+            )
 
 
 def _check_observers(study: Study, contents: StudyContents, mistakes: Mistakes) -> None:
