@@ -210,6 +210,16 @@ def test_a_run_that_stops_early_is_missing_and_takes_no_other_with_it(tmp_path, 
         assert not missing.isel(gap_0=1).any()
 
 
+def test_a_value_for_all_stands_where_a_mass_takes_it(tmp_path):
+    masses = [STUDY["masses"][0], {"box": "middle", "free_mass": 0.1, "restitution": 0.6}]
+    axes = {"mode_2_damping_ratio": {"values": ["1 %", "2 %"]}}
+    given = {"gap": "10 mm", **STUDY["parameters"]}
+    made = study_of(tmp_path, masses=masses, axes=axes, parameters=given, figures={})
+    assert made.axes["mode_2_damping_ratio"].points == (0.01, 0.02)
+    gaps = {name: value for name, (value, *_) in made.fixed.items() if "gap" in name}
+    assert gaps == {"gap_0": 0.04, "gap_1": 0.01}
+
+
 def test_words_name_the_box_of_a_mass():
     """Where there are several, and the mass as well where they share a box."""
     modes = Structure.from_modes([1.0], 0.02, {"tip": [1], "middle": [0.3], "force": "middle"})
@@ -272,6 +282,26 @@ def test_settings_in_plain_values_make_the_same_parameters(tmp_path):
         ({"axes": {"gap_0": {"values": [1.0], "unit": "Hz"}}}, "gap_0 is not in Hz here"),
         ({"axes": {}}, "'gap_0' is no dimension of the cube"),
         ({"history": 3}, "the window has 2 cycles"),
+        (
+            {"axes": STUDY["axes"] | {"mode_3_frequency": {"values": [1.0, 2.0]}}},
+            r"axes.mode_3_frequency\n.*\(did you mean 'mode_[12]_frequency'\?\)",
+        ),
+        (
+            {"axes": STUDY["axes"] | {"inclination": {"values": [0.0, 90.0]}}},
+            "axes.inclination\n    'inclination' has no effect without gravity",
+        ),
+        (
+            {
+                "figures": {
+                    "a": STUDY["figures"]["peak"] | {"lines": "gap_0", "at": {"point": "tip"}}
+                }
+            },
+            "the figure shows 'gap_0' twice",
+        ),
+        (
+            {"figures": {"a": STUDY["figures"]["energy"] | {"at": {"point": "tip"}}}},
+            "mode_energy has no values along 'point'",
+        ),
         (
             {
                 "forcing": {

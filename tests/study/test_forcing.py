@@ -351,6 +351,12 @@ def si_study(**given: Any) -> str:
     return SI_STUDY.replace("{}", ", ".join(f"{name}: {value}" for name, value in values.items()))
 
 
+def test_what_presses_a_mass_that_does_not_rub_is_refused(tmp_path: Path) -> None:
+    said = blame(tmp_path, "harmonic", "", si_study(transverse_acceleration=9.81))
+    assert "'transverse_acceleration' has no effect without friction_coefficient" in said
+    load(tmp_path, "harmonic", text=si_study(transverse_acceleration=9.81, friction_coefficient=0))
+
+
 def test_values_with_units(tmp_path: Path) -> None:
     text = si_study(primary_mass="2000 g", forcing_frequency="210 rpm", initial_velocity="3 mm/s")
     text = text.replace("[0.02, 0.04]", "[20 mm, 4 cm]")

@@ -670,7 +670,6 @@ class SIParameters(QuantityClass, shares=Parameters):
         definition="that of gravity in a level box",
         minimum=0.0,
         default=0.0,
-        needs="friction_coefficient",
     )
     mass_share: float = shared(default=1.0)
     clearance_factor: float = shared(default=1.0)

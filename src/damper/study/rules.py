@@ -34,7 +34,7 @@ def check_study(study: Study) -> None:
         mistakes.add((key,), *words.split(": must be "))
     mistakes.raise_any()
     contents = study.contents
-    _check_spacing(study, mistakes)
+    _check_used(study, mistakes)
     _check_draws(study, mistakes)
     _check_observers(study, contents, mistakes)
     _check_displaced(study, mistakes)
@@ -57,14 +57,16 @@ def check_study(study: Study) -> None:
     mistakes.raise_any()
 
 
-def _check_spacing(study: Study, mistakes: Mistakes) -> None:
-    """Note a distance from one free mass to the next where there is one."""
-    name = "initial_spacing"
+def _check_used(study: Study, mistakes: Mistakes) -> None:
+    """Note a distance of masses where there is one, and what presses a mass that does not rub."""
+    spacing, across, rubs = "initial_spacing", "transverse_acceleration", "friction_coefficient"
     for section, given in study.sections.items():
-        if name in given and len(study.masses) < 2 and any(study.ends[name]):
-            mistakes.add(
-                (section, name), "it is the distance of several masses", "masses: [{}, {}]"
-            )
+        if spacing in given and len(study.masses) < 2 and any(study.ends[spacing]):
+            message = "it is the distance of several masses"
+            mistakes.add((section, spacing), message, "masses: [{}, {}]")
+        if across in given and not any((split(n) or (n,))[0] == rubs for n in study.ends):
+            message = f"'{across}' has no effect without {rubs}"
+            mistakes.add((section, across), message, "both or none")
 
 
 def _check_observers(study: Study, contents: StudyContents, mistakes: Mistakes) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Mapping
 from functools import cached_property
 from itertools import chain
@@ -17,6 +18,7 @@ from damper.analysis.labels import label_of
 from damper.observers import make_observers, of_all_masses
 from damper.parameters.dampers import SIParameters
 from damper.parameters.forcing import HARMONIC, Forcing, force_text
+from damper.parameters.masses import own_names
 from damper.parameters.names import OF_A_MASS_STRUCTURE, split
 from damper.parameters.quantity import Quantity
 from damper.parameters.structural import StructureParameters
@@ -45,6 +47,12 @@ MOST_CYCLES = 1_000_000
 _WORK_OF_A_JOB = 200_000.0
 #: Work that takes plain Python some ten seconds.
 _PLAIN_WORK = 4_000.0
+#: Quantities of all masses -> those of which a mass has to have one for them to matter.
+_NEEDED = {
+    "transverse_acceleration": {"friction_coefficient", "pendulum_length"},
+    "inclination": {"gravity"},
+    "yield_exponent": {"yield_speed"},
+}
 Place = Annotated[int | Text | Annotated[tuple[float, ...], Field(strict=False)], ONE_MISTAKE]
 """Number of a coordinate, name of a place or of an array, or weights."""
 
@@ -225,8 +233,9 @@ class StructureAxis(AxisValues):
     @classmethod
     def quantity_named(cls, name: str) -> Quantity | None:
         common, _ = split(name, OF_A_MASS_STRUCTURE) or (name, 0)
-        if name.startswith("mode_") and name.endswith("_frequency"):
-            return Quantity(name, "", name, "Hz")
+        of_mode = re.fullmatch(r"mode_\d+_(frequency|damping_ratio)", name)
+        if of_mode:
+            return Quantity(name, "", name, "Hz" if of_mode[1] == "frequency" else "1")
         return next((q for q in StructureParameters.quantities if q.name == common), None)
 
 
@@ -332,6 +341,8 @@ class StructureStudy(StudyFile):
             forcing=self.forcing.force(self._folder),
             **given,
         )
+        for name in first:
+            made.quantity_of(name)
         return made.having(first) if first else made
 
     def _with_tables(self, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -357,7 +368,10 @@ class StructureStudy(StudyFile):
         try:
             damper = self.damper
         except (ValueError, TypeError, OSError) as error:
-            mistakes.add(("parameters",), str(error))
+            said = str(error).partition(" (did you mean")[0]
+            named = (name for name in self.axes if re.search(rf"(^|'){name}\b", said))
+            loc = next((("axes", name) for name in named), ("parameters",))
+            mistakes.add(loc, str(error))
             return
         try:
             damper.started(**self.start.numbers)
@@ -396,12 +410,19 @@ class StructureStudy(StudyFile):
             (name,) = made.variables
             dims = {*self.axes, *variables[name].dims}
             shown = {key: getattr(made, key) for key in ("along", "lines", "panels")}
+            given = [dim for dim in shown.values() if dim is not None]
+            for dim in sorted({dim for dim in given if given.count(dim) > 1}):
+                message = f"the figure shows '{dim}' twice"
+                mistakes.add((section, stem), message, "a dimension in one place")
             for key, dim in shown.items():
                 if dim is not None and dim not in dims:
                     message = f"{name} has no values along '{dim}'"
                     mistakes.add((section, stem, key), message, ", ".join(sorted(dims)))
             for dim, value in made.at.items():
                 place = (section, stem, "at", dim)
+                if dim not in dims and dim in there:
+                    message = f"{name} has no values along '{dim}'"
+                    mistakes.add(place, message, ", ".join(sorted(dims)))
                 if dim in shown.values():
                     mistakes.add(place, f"the figure shows all values of '{dim}'", "left out")
                 check_listed(place, dim, value, there, mistakes)
@@ -416,6 +437,15 @@ class StructureStudy(StudyFile):
             return
         if math.prod(len(axis.given) for axis in self.axes.values()) > MOST_POINTS:
             mistakes.add(("axes",), "too many points", f"at most {MOST_POINTS}")
+        common = {(split(name, OF_A_MASS_STRUCTURE) or (name, 0))[0] for name in self.axes}
+        there = common.union(self.parameters, *self.masses)
+        for name, needed in _NEEDED.items():
+            for section in ("parameters", "axes"):
+                if name in getattr(self, section) and not there & needed:
+                    words = " or ".join(sorted(needed))
+                    mistakes.add(
+                        (section, name), f"'{name}' has no effect without {words}", "both or none"
+                    )
         if self.forcing.drawn:
             mistakes.add(("forcing", "seed"), "runs on a structure have no draws", "integer >= 0")
         for name, axis in self.axes.items():
@@ -586,7 +616,11 @@ class StructureStudy(StudyFile):
         given: dict[str, Any] = {}
         for k, one in enumerate(self.masses):
             given |= {f"{name}_{k}": value for name, value in one.items() if name != "box"}
-        given |= {n: v for n, v in self.parameters.items() if f"{n}_0" not in given}
+        of_masses = own_names((), self.masses)
+        for name, value in self.parameters.items():
+            takes = [k for k, names in enumerate(of_masses) if name not in names]
+            every = len(takes) == len(of_masses)
+            given |= {name: value} if every else {f"{name}_{k}": value for k in takes}
         found = {}
         for name, value in given.items():
             if name in self.axes or name.startswith(tuple(WALL_TABLES)):
