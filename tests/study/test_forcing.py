@@ -305,6 +305,10 @@ def test_frequencies_in_hertz(tmp_path: Path) -> None:
     cube = run(study)
     assert cube.forcing_frequency.values.tolist() == [3.0, 3.5, 4.0]
     assert cube.forcing_frequency.attrs["units"] == "Hz"
+    point = cube.damper.run(gap="2 cm", forcing_frequency="210 rpm").parameters
+    assert point.forcing_frequency == pytest.approx(2.0 * np.pi * 3.5)
+    shown = cube.damper.curves("forcing_frequency", ["rms_ratio"], at={"gap": "4 cm"})
+    assert "40 mm" in shown.get_suptitle()
     # What a cube says and what it computes from it.
     again = cube.damper.run(forcing_frequency=3.5, gap=0.02)
     np.testing.assert_allclose(again.parameters.forcing_frequency, 2.0 * np.pi * 3.5, rtol=1e-15)

@@ -12,6 +12,7 @@ import numpy as np
 from damper.parameters.lazy import pd, xr
 from damper.parameters.names import unknown_name
 from damper.parameters.quantities import ALL, quantities_in
+from damper.parameters.unit_text import number_in
 from damper.parameters.units import handy, own_number
 from damper.sweep.grid import ROUNDING, nearest_value, product
 
@@ -74,7 +75,8 @@ def within(values: Values, low: float = -math.inf, high: float = math.inf) -> Va
 def value_on(axis: xr.DataArray, value: Any) -> Any:
     """Return the value of an axis that a value means, as `nearest_value`.
 
-    Of a dimension that is no quantity, such as ``direction``, only its own values are taken.
+    Text with a unit, such as 20 mm, is read in the axis's unit. Of a dimension that is no quantity,
+    such as ``direction``, only its own values are taken.
     """
     name, values = str(axis.name), axis.values.ravel()
     if name not in ALL:
@@ -82,7 +84,8 @@ def value_on(axis: xr.DataArray, value: Any) -> Any:
         if str(value) not in known:
             raise ValueError(f"{name} = {value!r}: must be one of {', '.join(known)}")
         return known[str(value)]
-    return nearest_value(name, values, value)
+    units = axis.attrs.get("units", ALL[name].units)
+    return nearest_value(name, values, number_in(name, ALL[name].number_of(value), [units]))
 
 
 def rows_at(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damper.analysis.bursts import list_bursts
-from damper.analysis.places import require_cube
+from damper.analysis.places import require_cube, value_on
 from damper.figures import draw
 from damper.notebook.shown import shown_in_notebooks
 from damper.parameters import Parameters, SIParameters, State
@@ -122,6 +122,9 @@ def drawn(
     from damper.figures.common.style import style
 
     require_cube(cube)
+    if isinstance(at := settings.get("at"), Mapping):
+        texts = {n: v for n, v in at.items() if isinstance(v, str) and n in cube.dims}
+        settings["at"] = {**at, **{name: value_on(cube[name], v) for name, v in texts.items()}}
     with style():
         return shown_in_notebooks(draw(kind, {"cube": cube, "orbits": branches}, **settings))
 
