@@ -39,8 +39,11 @@ _NODES, _WEIGHTS = NODES[_RULE - FEWEST, :_RULE], WEIGHTS[_RULE - FEWEST, :_RULE
 _REACH = float(REACH[_RULE - FEWEST])
 #: Points between nodes at which a polynomial is taken, for each node.
 _FINE = 4
-#: Rules at a time: their numbers take less than their calls, and some megabytes.
+#: Rules at a time at most: their numbers take less than their calls, and some megabytes.
 _AT_ONCE = 256
+#: Multiplications in a product of matrices for which OpenBLAS takes one thread. More of them wait
+#: for each other, and other runs have the cores.
+_ONE_THREAD = 4 * 65536
 #: Reading one row takes less time than to compile for it.
 _read, _part_within = plain(read_segment), plain(part_within)
 
@@ -244,8 +247,9 @@ class Measured:
         step = ((high - low) / counts)[of]
         cycle = np.floor((start + 0.5 * (low + high)) / self._trajectory.cycle)
         rules = _Rules(row.astype(int)[of], low[of] + place * step, step, cycle.astype(int)[of])
-        for k in range(0, len(of), _AT_ONCE):
-            self._add(log, bodies, _Rules(*(one[k : k + _AT_ONCE] for one in rules)))
+        most = max(1, min(_AT_ONCE, _ONE_THREAD // (len(_NODES) * len(self._structure) ** 2)))
+        for k in range(0, len(of), most):
+            self._add(log, bodies, _Rules(*(one[k : k + most] for one in rules)))
 
     def _add(self, log: np.ndarray, bodies: np.ndarray, rules: _Rules) -> None:
         step = rules.step
