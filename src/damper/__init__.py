@@ -64,11 +64,13 @@ def __getattr__(name: str) -> Any:
     if name == "analysis":
         return import_module("damper.analysis")
     if name not in HOME:
-        raise AttributeError(f"module 'damper' has no attribute {name!r}")
+        message = f"module 'damper' has no attribute {name!r}"
+        # Python names the nearest one.
+        raise AttributeError(message, name=name, obj=import_module(__name__))
     value = getattr(import_module(HOME[name]), name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted([*__all__, "analysis"])

@@ -35,11 +35,13 @@ __all__ = list(HOME)
 
 def __getattr__(name: str) -> Any:
     if name not in HOME:
-        raise AttributeError(f"module 'damper.analysis' has no attribute {name!r}")
+        message = f"module 'damper.analysis' has no attribute {name!r}"
+        # Python names the nearest one.
+        raise AttributeError(message, name=name, obj=import_module(__name__))
     value = getattr(import_module(f"damper.analysis.{HOME[name]}"), name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *HOME})
+    return sorted(HOME)
