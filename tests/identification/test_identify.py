@@ -498,6 +498,10 @@ def test_files(tmp_path):
     [
         ({"free": ["gaap"]}, "unknown name in free 'gaap' (did you mean 'gap'?)"),
         ({"free": ["frction"]}, "unknown name in free 'frction' (did you mean 'friction'?)"),
+        ({"free": ["gap_1"], "masses": [{}]}, "free: gap_1 is of mass 1, and masses has 1, from 0"),
+        ({"free": ["gap_0"]}, "free: gap_0 is of mass 0, and there is no list masses"),
+        ({"free": ["gap"], "masses": [{"gap": 0.01}]}, "gap: each of masses has its own"),
+        ({"free": ["gap"], "structure": 1}, "structure: the machine of records has one primary"),
         ({"free": []}, "free: must name one unknown"),
         ({"free": ["r", "d"]}, "records: 3 data for 3 unknowns (restitution, gap, offset): must"),
         ({"free": ["r", "restitution"]}, "names one quantity twice"),
@@ -532,6 +536,20 @@ def test_mistakes_are_named(asked, message, tmp_path):
     with pytest.raises((ValueError, TypeError)) as error:
         damper.identify(tmp_path / "a.csv", **{"machine": frame, **asked})
     assert message in str(error.value)
+
+
+def test_a_quantity_of_one_of_several_masses_may_be_unknown():
+    known = {name: value for name, value in TRUE.items() if name != "gravity"}
+    known |= {"forcing": "none", "masses": [{}, {"gap": 0.02}]}
+    record, names = damper.Recording(*decay(0.2, 21)[:2]), ["gap_1", "restitution_0"]
+    asked = RecordedDamper(known, [record], names, {}, {})
+    own, r = asked.unknowns[:2]
+    assert (own.name, own.unit, own.value, r.value) == ("gap_1", "m", 0.02, TRUE["restitution"])
+    assert own.starts == pytest.approx((0.02 / 3.0, 0.06))
+    parameters, _ = asked.start(asked.values_of(np.array([0.03, 0.4, 0.0]), 0), 0.0)
+    first, second = parameters.dimensionless.each
+    assert second.clearance == pytest.approx(first.clearance * 0.03 / TRUE["gap"])
+    assert (first.restitution, second.restitution) == (0.4, TRUE["restitution"])
 
 
 def test_a_table_of_samples_is_no_record():

@@ -21,7 +21,7 @@ from damper.parameters.files import path_of
 from damper.parameters.forcing import forcing_of, left_out
 from damper.parameters.lazy import pd
 from damper.parameters.named import completed
-from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
+from damper.parameters.names import NAMES_BY_SYMBOL, split, unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
 from damper.parameters.quantity import finite
 from damper.parameters.tables import WALL_TABLES, read_table
@@ -140,8 +140,8 @@ def identify(
         Files are read by `damper.read_recording` as records of `kind`.
     free : sequence of str
         Names of the unknowns: quantities of `damper.Parameters` or `SIParameters`, or their
-        symbols, such as r and d; initial quantities, of each record that does not state them; and
-        `scale`, the factor of a record.
+        symbols, such as r and d; those of one of several masses, such as gap_1; initial quantities,
+        of each record that does not state them; and `scale`, the factor of a record.
     machine : path, mapping, Parameters or SIParameters, optional
         What is known: a YAML file with quantities, `forcing`, and perhaps `starts`, `ranges` and
         `records` (for each `file` and what `damper.Recording` takes). Without a force it is free
@@ -223,9 +223,12 @@ def _read(machine: Any, known: Mapping[str, Any]) -> tuple[dict[str, Any], dict[
         machine = machine.given
     elif not isinstance(machine, Mapping | None):
         raise TypeError(
-            f"machine = {machine!r}: must be a path, a mapping, damper.Parameters or SIParameters"
+            f"machine is of class {type(machine).__name__}: must be a path, a mapping, "
+            "damper.Parameters or SIParameters"
         )
     values = {**(machine or {}), **known}
+    if "structure" in values:
+        raise ValueError("structure: the machine of records has one primary mass: leave it out")
     about |= {name: values.pop(name) for name in ("starts", "ranges", "records") if name in values}
     if isinstance(values.get("forcing"), Mapping):
         given = dict(values["forcing"])
@@ -417,7 +420,11 @@ def _study(problem: RecordedDamper, fit: Fit, k: int) -> dict[str, Any]:
     force = values.pop("forcing", None)
     values.pop("masses", None)
     free = left_out(parameters.forcing, problem.si)
-    given = {name: v for name, v in values.items() if v is not None and free.get(name) != v}
+    given = {
+        name: v
+        for name, v in values.items()
+        if v is not None and free.get(name) != v and not split(name)
+    }
     # Of a table also where it was given as a file.
     given |= {name: getattr(parameters, name) for name in WALL_TABLES if name in given}
     span = float(record.times.sum() if record.kind == "intervals" else np.ptp(record.times))

@@ -15,7 +15,8 @@ from damper.identification.motion import ComputedMotion, Direction, direction_of
 from damper.identification.recordings import KINDS, SAMPLED, TIMES, Recording
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.dampers import SI_NAME
-from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
+from damper.parameters.masses import listed, own_names, refuse_untaken
+from damper.parameters.names import NAMES_BY_SYMBOL, split, unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
 from damper.parameters.quantity import Quantity, finite
 from damper.parameters.tables import TABLE_OF
@@ -122,6 +123,9 @@ class RecordedDamper:
     ) -> None:
         self.records, self.known = records, dict(known)
         self.si = is_si(known)
+        masses = self.known.get("masses")
+        #: What each of several masses has of its own.
+        self.masses = [] if masses is None else listed(masses)
         #: Whether derivatives are the engine's own, or differences of runs, which take less time.
         self.fine = False
         #: Unknowns that the engine has no derivative by.
@@ -143,6 +147,7 @@ class RecordedDamper:
                     f"{wall} is free, and {table} is given: the two exclude each other; leave one "
                     "of them out"
                 )
+        refuse_untaken(self.free, own_names(self.free, self.masses))
         if len(set(self.free)) < len(self.free):
             raise ValueError(f"free = {list(free)}: names one quantity twice")
         if "scale" in self.free and not any(record.is_sampled for record in records):
@@ -176,8 +181,16 @@ class RecordedDamper:
         found = name if name in allowed else NAMES_BY_SYMBOL.get(name, name)
         if found not in allowed and self.si:
             found = SI_NAME.get(found, found)
-        if found not in allowed:
+        common, k = split(found) or (found, -1)
+        if common not in allowed:
             raise unknown_name(f"name in {what}", name, allowed, SI_NAME if self.si else ())
+        if k >= len(self.masses):
+            there = (
+                f"masses has {len(self.masses)}, from 0"
+                if self.masses
+                else "there is no list masses"
+            )
+            raise ValueError(f"{what}: {name} is of mass {k}, and {there}")
         return found
 
     def _check_units(self) -> None:
@@ -226,8 +239,8 @@ class RecordedDamper:
         value = self.given.get(name)
         if value is None and k is not None:
             value = self.records[k].known.get(name)
-        if value is None and name in self.known:
-            value = float(self.known[name])
+        if value is None:
+            value = self._known(name)
         if value is not None and not allowed[0] <= value <= allowed[1]:
             raise ValueError(
                 f"{name} = {value:g}: starts outside of its range, {allowed[0]:g} to {allowed[1]:g}"
@@ -238,9 +251,16 @@ class RecordedDamper:
         unit = SI_UNITS.get(unit, unit)
         return Unknown(name, k, label, unit, allowed, (low, high), by_factors, value)
 
+    def _known(self, name: str) -> float | None:
+        """Value of a quantity that is given, of one of several masses its own or that of all."""
+        common, k = split(name) or (name, -1)
+        own = self.masses[k] if k >= 0 else {}
+        value = own.get(common, self.known.get(common))
+        return None if value is None else float(value)
+
     def _quantity(self, name: str) -> Quantity:
-        kind = SIParameters if self.si else Parameters
-        return next((q for q in kind.quantities if q.name == name), None) or ALL[name]
+        kind, common = SIParameters if self.si else Parameters, (split(name) or (name,))[0]
+        return next((q for q in kind.quantities if q.name == common), None) or ALL[common]
 
     def _allowed(self, name: str, quantity: Quantity) -> tuple[float, float]:
         low, high = quantity.minimum, quantity.maximum
@@ -270,9 +290,10 @@ class RecordedDamper:
             if allowed[1] == 1.0:
                 return max(value - 0.3, 0.05), min(value + 0.3, 0.97), False
             return *sorted((value / _FACTOR, value * _FACTOR)), value > 0.0  # type: ignore[return-value]
-        size = self._unit_of(name)
-        if name in _USUAL and size:
-            low, high, by_factors = _USUAL[name]
+        common = (split(name) or (name,))[0]
+        size = self._unit_of(common)
+        if common in _USUAL and size:
+            low, high, by_factors = _USUAL[common]
             return low * size, high * size, by_factors
         if name in INITIAL_NAMES:
             size = self._speed_or_size(name, k or 0)
