@@ -96,5 +96,5 @@ def unknown_name(
     if isinstance(name, str) and name in REPLACED:
         return TypeError(f"unknown {what} {name!r}: write {REPLACED[name]}")
     near = nearest(name, [*names, *others]) if isinstance(name, str) else ""
-    hint = f" (did you mean {near!r}?)" if near else ""
+    hint = f" (did you mean {near!r}?)" if near not in ("", name) else ""
     return TypeError(f"unknown {what} {name!r}{hint}: must be one of {', '.join(names) or 'none'}")

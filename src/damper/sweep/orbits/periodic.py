@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from textwrap import shorten
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,8 @@ _STEPS, _HALVINGS = 60, 12
 _LONGEST = 1000
 #: Condition of the linear equations from which on a derivative by a parameter is roundoff.
 _SINGULAR = 1e12
+#: Letters of a word that are shown at most.
+_SHOWN = 60
 #: Speed at a peak, over its displacement, that is rounding.
 _AT_REST = 1e-8
 
@@ -155,7 +158,7 @@ class PeriodicOrbit:
     change: float
 
     def __repr__(self) -> str:
-        word = f'"{self.word}"' if self.word else "no impacts"
+        word = f'"{shorten(self.word, _SHOWN, placeholder=" ...")}"' if self.word else "no impacts"
         word += f" with idle masses {list(self.idle)}" if self.idle else ""
         largest = f"largest multiplier {np.abs(self.multipliers[0]):.4g}"
         return f"<PeriodicOrbit {word} of period {self.period}, {largest}: {self.parameters}>"
