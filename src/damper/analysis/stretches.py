@@ -121,7 +121,7 @@ def half_gap(place: xr.Dataset) -> float:
 
 
 def half_gap_of(cube: xr.Dataset, body: int) -> xr.DataArray:
-    """The same of a free mass, along the axes of its clearance."""
+    """Distance from the centre to each wall of a free mass, along the axes of its clearance."""
     coords = cube.coords
     factor = coords.get(f"clearance_factor_{body}", coords.get("clearance_factor", 1.0))
     for name, part in (("clearance", 1.0), ("gap", 0.5)):

@@ -140,7 +140,7 @@ def identify(
         Files are read by `damper.read_recording` as records of `kind`.
     free : sequence of str
         Names of the unknowns: quantities of `damper.Parameters` or `SIParameters`, or their
-        symbols, such as r and d; those of one of several masses, such as gap_1; initial quantities,
+        symbols, such as r and d; quantities of a single mass, such as gap_1; initial quantities,
         of each record that does not state them; and `scale`, the factor of a record.
     machine : path, mapping, Parameters or SIParameters, optional
         What is known: a YAML file with quantities, `forcing`, and perhaps `starts`, `ranges` and

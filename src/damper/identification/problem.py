@@ -124,7 +124,7 @@ class RecordedDamper:
         self.records, self.known = records, dict(known)
         self.si = is_si(known)
         masses = self.known.get("masses")
-        #: What each of several masses has of its own.
+        #: Own values of each of several masses.
         self.masses = [] if masses is None else listed(masses)
         #: Whether derivatives are the engine's own, or differences of runs, which take less time.
         self.fine = False
@@ -252,7 +252,7 @@ class RecordedDamper:
         return Unknown(name, k, label, unit, allowed, (low, high), by_factors, value)
 
     def _known(self, name: str) -> float | None:
-        """Value of a quantity that is given, of one of several masses its own or that of all."""
+        """Given value of a quantity; a mass without a value takes the common one."""
         common, k = split(name) or (name, -1)
         own = self.masses[k] if k >= 0 else {}
         value = own.get(common, self.known.get(common))

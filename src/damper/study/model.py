@@ -214,7 +214,7 @@ class Study(RunKeys, StudyFile):  # type: ignore[misc]
     def fixed(self) -> dict[str, float]:
         """Value of every parameter that is neither axis nor drawn, the phase included.
 
-        One for all masses is left out where each has its own.
+        A common value is left out where each mass has its own.
         """
         given = self.numbers | self.own
         values = {"phase": 0.0, **self.left_out}

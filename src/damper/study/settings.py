@@ -143,7 +143,7 @@ def texts_with_unit(entry: Any) -> Iterator[tuple[str, tuple[str, str]]]:
 def numbers_at(given: Mapping[str, Any], axis: type[OfQuantity]) -> dict[str, Any]:
     """Return settings of a study with an axis's numbers for texts in ``at``, such as 20 mm.
 
-    What is no value of a quantity stays as it is.
+    Other texts stay as they are.
     """
 
     def number(name: Any, value: Any) -> Any:

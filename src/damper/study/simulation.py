@@ -243,7 +243,7 @@ def _damper_of(
             elif tables[table] is not None:
                 beside.pop(name, None)
         given = beside | given
-    # A value for all that is neither varied nor replaces one may be there without any use.
+    # A constant of all masses may be there, although no mass takes it.
     own = own_names(given, tables.get("masses"))
     untaken = [name for name in given if taken_by_none(name, own)]
     replaces = parameters is not None

@@ -47,7 +47,7 @@ MOST_CYCLES = 1_000_000
 _WORK_OF_A_JOB = 200_000.0
 #: Work that takes plain Python some ten seconds.
 _PLAIN_WORK = 4_000.0
-#: Quantities of all masses -> those of which a mass has to have one for them to matter.
+#: Quantity of all masses -> quantities of a mass, of which one must be there.
 _NEEDED = {
     "transverse_acceleration": {"friction_coefficient", "pendulum_length"},
     "inclination": {"gravity"},
