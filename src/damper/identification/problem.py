@@ -15,8 +15,14 @@ from damper.identification.motion import ComputedMotion, Direction, direction_of
 from damper.identification.recordings import KINDS, SAMPLED, TIMES, Recording
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.dampers import SI_NAME
-from damper.parameters.masses import listed, own_names, refuse_untaken
-from damper.parameters.names import NAMES_BY_SYMBOL, split, unknown_name
+from damper.parameters.masses import (
+    no_such_mass,
+    own_names,
+    own_values,
+    refuse_untaken,
+    with_own,
+)
+from damper.parameters.names import NAMES_BY_SYMBOL, common_name, split, unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
 from damper.parameters.quantity import Quantity, finite
 from damper.parameters.tables import TABLE_OF
@@ -123,9 +129,7 @@ class RecordedDamper:
     ) -> None:
         self.records, self.known = records, dict(known)
         self.si = is_si(known)
-        masses = self.known.get("masses")
-        #: Own values of each of several masses.
-        self.masses = [] if masses is None else listed(masses)
+        self.masses = with_own(self.known.get("masses"), {})
         #: Whether derivatives are the engine's own, or differences of runs, which take less time.
         self.fine = False
         #: Unknowns that the engine has no derivative by.
@@ -185,12 +189,7 @@ class RecordedDamper:
         if common not in allowed:
             raise unknown_name(f"name in {what}", name, allowed, SI_NAME if self.si else ())
         if k >= len(self.masses):
-            there = (
-                f"masses has {len(self.masses)}, from 0"
-                if self.masses
-                else "there is no list masses"
-            )
-            raise ValueError(f"{what}: {name} is of mass {k}, and {there}")
+            raise ValueError(f"{what}: {name} {no_such_mass(k, len(self.masses))}")
         return found
 
     def _check_units(self) -> None:
@@ -253,13 +252,12 @@ class RecordedDamper:
 
     def _known(self, name: str) -> float | None:
         """Given value of a quantity; a mass without a value takes the common one."""
-        common, k = split(name) or (name, -1)
-        own = self.masses[k] if k >= 0 else {}
-        value = own.get(common, self.known.get(common))
+        given = self.known | own_values(self.masses)
+        value = given.get(name, given.get(common_name(name)))
         return None if value is None else float(value)
 
     def _quantity(self, name: str) -> Quantity:
-        kind, common = SIParameters if self.si else Parameters, (split(name) or (name,))[0]
+        kind, common = SIParameters if self.si else Parameters, common_name(name)
         return next((q for q in kind.quantities if q.name == common), None) or ALL[common]
 
     def _allowed(self, name: str, quantity: Quantity) -> tuple[float, float]:
@@ -290,7 +288,7 @@ class RecordedDamper:
             if allowed[1] == 1.0:
                 return max(value - 0.3, 0.05), min(value + 0.3, 0.97), False
             return *sorted((value / _FACTOR, value * _FACTOR)), value > 0.0  # type: ignore[return-value]
-        common = (split(name) or (name,))[0]
+        common = common_name(name)
         size = self._unit_of(common)
         if common in _USUAL and size:
             low, high, by_factors = _USUAL[common]

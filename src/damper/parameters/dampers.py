@@ -361,10 +361,7 @@ class Parameters(QuantityClass):
         """Return what need not be given under a force, with its values."""
         return left_out(read_forcing(forcing), si=False)
 
-    @classmethod
-    def of_masses(cls, masses: Any, given: Collection[str]) -> dict[str, Any]:
-        """Return what need not be given where each mass has its own; TypeError for the rest."""
-        return of_first_mass(cls.quantities, given, masses)
+    of_masses = classmethod(of_first_mass)
 
     def _check_each(self) -> None:
         """Check what each of several masses comes to."""
@@ -725,10 +722,7 @@ class SIParameters(QuantityClass, shares=Parameters):
         """Return what need not be given under a force, with its values."""
         return left_out(read_forcing(forcing), si=True)
 
-    @classmethod
-    def of_masses(cls, masses: Any, given: Collection[str]) -> dict[str, Any]:
-        """Return what need not be given where each mass has its own; TypeError for the rest."""
-        return of_first_mass(cls.quantities, given, masses)
+    of_masses = classmethod(of_first_mass)
 
     @classmethod
     def of(

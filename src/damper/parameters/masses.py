@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from damper.parameters.names import MOST_MASSES, OF_A_MASS, OF_ANY_MASS, split, unknown_name
-from damper.parameters.quantity import Quantity, in_range, real, whole
+from damper.parameters.quantity import QuantityClass, in_range, real, whole
 from damper.parameters.tables import TABLE_OF, WALL_TABLES, read_table
 from damper.parameters.unit_text import number_in
 
@@ -126,15 +126,18 @@ def with_own(
     for name, value in own.items():
         common, k = split(name, names) or (name, 0)
         if not k < len(made):
-            there = f"masses has {len(made)}, from 0" if made else "there is no list masses"
-            raise ValueError(f"{name} = {value!r}: is of mass {k}, and {there}")
+            raise ValueError(f"{name} = {value!r}: {no_such_mass(k, len(made))}")
         made[k][common] = value
     return made
 
 
-def of_first_mass(
-    quantities: Iterable[Quantity], given: Collection[str], masses: Any
-) -> dict[str, Any]:
+def no_such_mass(k: int, count: int) -> str:
+    """Say that a damper has no mass of this number."""
+    there = f"masses has {count}, from 0" if count else "there is no list masses"
+    return f"is of mass {k}, and {there}"
+
+
+def of_first_mass(kind: type[QuantityClass], masses: Any, given: Collection[str]) -> dict[str, Any]:
     """Return what must be given of a damper and only its masses give: the values of the first.
 
     Raises
@@ -146,7 +149,9 @@ def of_first_mass(
     """
     made = [{}] if masses is None else listed(masses)
     lacking = [
-        q for q in quantities if q.default is None and q.name not in given and q.unless not in given
+        q
+        for q in kind.quantities
+        if q.default is None and q.name not in given and q.unless not in given
     ]
     if missing := [
         f"{q.name} or {q.unless}" if q.unless else q.name

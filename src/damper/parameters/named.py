@@ -12,7 +12,6 @@ from typing import Any, TypeVar
 from damper.parameters.dampers import Parameters, SIParameters
 from damper.parameters.masses import (
     changed_in,
-    of_first_mass,
     own_names,
     refuse_untaken,
     value_in,
@@ -161,7 +160,7 @@ def arguments(
     if not own and made.get("masses") is None:
         return made
     masses = with_own(made.get("masses"), {name: values[name] for name in own})
-    return of_first_mass(kind.quantities, made, masses) | made | {"masses": masses}
+    return kind.of_masses(masses, made) | made | {"masses": masses}
 
 
 def damper_of(values: Mapping[str, Any]) -> Parameters | SIParameters:

@@ -54,6 +54,17 @@ def split(name: object, names: Sequence[str] = OF_ANY_MASS) -> tuple[str, int] |
     return (common, int(number)) if is_number and common in names else None
 
 
+def common_name(name: str) -> str:
+    """Return the quantity that a name is of, also where it is that of a single mass.
+
+    Examples
+    --------
+    >>> common_name("clearance_1"), common_name("clearance")
+    ('clearance', 'clearance')
+    """
+    return (split(name) or (name,))[0]
+
+
 def counted(count: int, noun: str) -> str:
     """Return a number of things in words.
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from damper.parameters.dampers import SI_NAME, Parameters, SIParameters
-from damper.parameters.names import NAMES_BY_SYMBOL, OF_ANY_MASS, split
+from damper.parameters.names import NAMES_BY_SYMBOL, OF_ANY_MASS, common_name, split
 from damper.parameters.quantity import Quantity as Quantity
 from damper.parameters.quantity import real as real
 from damper.parameters.state import INITIAL_QUANTITIES as INITIAL_QUANTITIES
@@ -102,7 +102,7 @@ def check_quantity(name: str, value: float) -> float:
 def is_si(names: Iterable[str]) -> bool:
     """Whether these names give a damper in SI units; ValueError where they mix both systems."""
     names = list(names)
-    common = [(split(name) or (name,))[0] for name in names]
+    common = [common_name(name) for name in names]
     si = [name for name, of in zip(names, common, strict=True) if of in SI_ONLY]
     ratios = [name for name, of in zip(names, common, strict=True) if of in DIMENSIONLESS_ONLY]
     if si and ratios:

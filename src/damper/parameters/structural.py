@@ -21,7 +21,7 @@ from damper.parameters.forcing import (
     check_force,
     read_forcing,
 )
-from damper.parameters.masses import Mass, listed, own_names, refuse_untaken, with_own
+from damper.parameters.masses import Mass, listed, no_such_mass, own_names, refuse_untaken, with_own
 from damper.parameters.names import OF_A_MASS_STRUCTURE, split, unknown_name
 from damper.parameters.quantity import Quantity, QuantityClass, quantity, shared
 from damper.parameters.state import State
@@ -599,7 +599,7 @@ class StructureParameters(QuantityClass, shares=SIParameters):
             own = (f"{one}_{k}" for k in range(len(self.each)) for one in OF_A_MASS_STRUCTURE[1:])
             raise unknown_name("quantity of a structure", name, [*known, *own])
         if number >= len(self.each):
-            raise ValueError(f"{name} is of mass {number}, and masses has {len(self.each)}, from 0")
+            raise ValueError(f"{name} {no_such_mass(number, len(self.each))}")
         return known[common]
 
     def words_of(self, name: str) -> str:
@@ -621,10 +621,10 @@ class StructureParameters(QuantityClass, shares=SIParameters):
         of_force = {name: v for name, v in values.items() if name in self.forcing.numbers}
         changed = {k: v for k, v in values.items() if k not in of_modes and k not in of_force}
         own = {name: changed.pop(name) for name in values if split(name, OF_A_MASS_STRUCTURE)}
-        refuse_untaken(changed, own_names(own, changed.get("masses", self.masses)))
+        masses = with_own(changed.get("masses", self.masses), own, OF_A_MASS_STRUCTURE)
+        refuse_untaken(changed, own_names((), masses))
         if own:
-            given = changed.get("masses", self.masses)
-            changed["masses"] = with_own(given, own, OF_A_MASS_STRUCTURE)
+            changed["masses"] = masses
         if of_modes:
             structure = changed.get("structure", self.structure)
             changed["structure"] = structure.having(**of_modes)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Collection, Iterable, Mapping
 
-from damper.parameters.masses import split
+from damper.parameters.names import common_name
 
 #: Quantity -> least and most of what machines usually have, unit, the same in another unit.
 USUAL = {
@@ -30,7 +30,7 @@ def unusual(values: Mapping[str, Iterable[float]]) -> tuple[str, ...]:
     """
     found = []
     for name, numbers in values.items():
-        common = (split(name) or (name,))[0]
+        common = common_name(name)
         least, most, unit, example = USUAL.get(common, (0.0, math.inf, "", ""))
         for value in map(abs, numbers):
             if value and value < math.inf and not least <= value <= most:

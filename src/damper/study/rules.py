@@ -9,7 +9,7 @@ from typing import Any
 from damper.parameters.forcing import EACH_DRAW
 from damper.parameters.masses import own_names, taken_by_none
 from damper.parameters.models import own_feature
-from damper.parameters.names import OF_ANY_MASS, split
+from damper.parameters.names import OF_ANY_MASS, common_name, split
 from damper.parameters.quantities import INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.estimate import MOST_SLICES, refuse_excess
 from damper.study.forcing import NOT_FREE, check_undriven
@@ -64,7 +64,7 @@ def _check_used(study: Study, mistakes: Mistakes) -> None:
         if spacing in given and len(study.masses) < 2 and any(study.ends[spacing]):
             message = "it is the distance of several masses"
             mistakes.add((section, spacing), message, "masses: [{}, {}]")
-        if across in given and not any((split(n) or (n,))[0] == rubs for n in study.ends):
+        if across in given and not any(common_name(n) == rubs for n in study.ends):
             message = f"'{across}' has no effect without {rubs}"
             mistakes.add((section, across), message, "both or none")
 

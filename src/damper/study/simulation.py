@@ -15,7 +15,7 @@ from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import HARMONIC, Forcing, read_forcing
 from damper.parameters.masses import listed, own_names, own_values, refuse_untaken, taken_by_none
 from damper.parameters.named import completed
-from damper.parameters.names import split, unknown_name
+from damper.parameters.names import common_name, unknown_name
 from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si, ordered
 from damper.parameters.quantity import filled, real
 from damper.parameters.run import DEFAULTS, settings_text
@@ -271,7 +271,7 @@ def _fixed_and_axes(
         wanted = f"{name}: must be a number or a non-empty one-dimensional sequence"
         words = value if isinstance(value, list | tuple) else [value]
         if any(isinstance(word, str) for word in words):
-            own = [units.get((split(name) or (name,))[0], ALL[name].units)]
+            own = [units.get(common_name(name), ALL[name].units)]
             read = [number_in(name, ALL[name].number_of(word), own) for word in words]
             value = read if isinstance(value, list | tuple) else read[0]
         try:

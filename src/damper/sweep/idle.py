@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from damper.parameters.names import split
+from damper.parameters.names import common_name
 from damper.parameters.quantities import INITIAL_NAMES
 
 #: Quantities other than 0 that give an idle free mass a velocity, or hold it in its place.
@@ -40,7 +40,7 @@ def starts_at_exact_rest(primary: str, values: Mapping[str, Iterable[float]]) ->
     A free mass at rest between its walls may stay there for ever, while any relative velocity takes
     it to a wall. Such runs say nothing about the damper. `values` are those of each quantity.
     """
-    moved = (values[name] for name in values if (split(name) or (name, 0))[0] in _MOVED)
+    moved = (values[name] for name in values if common_name(name) in _MOVED)
     return primary == "rest" and not any(value != 0.0 for along in moved for value in along)
 
 

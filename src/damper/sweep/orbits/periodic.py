@@ -17,7 +17,7 @@ from damper.models.tangent import OF_PARTED, parted_in
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import FORCINGS
 from damper.parameters.named import named_quantity, rates_of
-from damper.parameters.names import split
+from damper.parameters.names import common_name
 from damper.parameters.quantity import whole
 from damper.parameters.units import LENGTH, SPEED, Units
 from damper.sweep.estimate import MOST_PERIODS
@@ -60,7 +60,7 @@ FOLLOWED = followed(Parameters)
 
 def is_followed(name: str) -> bool:
     """Whether motions of a study can be followed along a quantity, of all masses or of one."""
-    return (split(name) or (name,))[0] in FOLLOWED
+    return common_name(name) in FOLLOWED
 
 
 @compiling(at_once=False)
