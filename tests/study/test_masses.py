@@ -176,6 +176,14 @@ observers: {{response: }}
         assert words in blame(tmp_path, text.replace("count: 3", wrong))
 
 
+def test_masses_replace_those_of_a_damper_in_any_form() -> None:
+    p = damper.Parameters(0.1, 0.05, 0.8, 2.0, 0.6)
+    equal = {"count": 2, "clearance_spread": 0.1}
+    found = damper.events(p, masses=equal, until=20.0)
+    assert np.array_equal(found, damper.events(p, masses=damper.equal_masses(**equal), until=20.0))
+    assert {0, 1} == {*found["body"].tolist()}
+
+
 def test_a_value_that_no_mass_takes_is_not_varied() -> None:
     """It may be there, and does nothing."""
     each = [{"clearance": 1.0}, {"clearance": 1.2}]

@@ -106,6 +106,7 @@ def test_parameters_may_be_any_numbers() -> None:
         ({"state": (0, 0, 0, 0)}, r"state = \(0, 0, 0, 0\): must be a damper.State"),
         ({"until": "x"}, "until = 'x': must be a real number"),
         ({"restituton": 0.5}, "unknown parameter 'restituton' .did you mean 'restitution'"),
+        ({"masses": 5}, "masses = 5: must be a sequence of mappings"),
         ({"acuracy": 1e-9}, "unknown parameter 'acuracy' .did you mean 'accuracy'"),
         ({"parameters": None, "clearance": 1}, "missing parameters: mass_ratio, "),
     ],

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from damper.models import box_motion
 from damper.models.walls import slack
 from damper.parameters import Parameters, SIParameters, State, Units
-from damper.parameters.masses import own_names, refuse_untaken
+from damper.parameters.masses import own_names, refuse_untaken, with_own
 from damper.parameters.named import arguments, completed, language
 from damper.parameters.quantities import ALL, check_quantity
 from damper.parameters.quantity import check_needs_of
@@ -198,7 +198,8 @@ def one_run(
     if not values:
         return _asked_about(parameters), state
     if parameters:
-        refuse_untaken(values, own_names(values, values.get("masses", parameters.masses)))
+        masses = with_own(values.get("masses", parameters.masses), {})
+        refuse_untaken(values, own_names(values, masses))
         values = parameters.given | dict(values)
     values = completed(values)
     _, _, _, initial = language(tuple(values))
