@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import damper
+from damper.parameters.units import units_of
 
 CHATTER = damper.Parameters(0.1, 0.05, 0.2, 0.25, 0.6)
 TWO = damper.Parameters(0.1, 0.05, 0.7, 0.3, 0.6, masses=[{}, {"clearance": 0.2, "friction": 0.05}])
@@ -68,6 +69,34 @@ def test_motion_of_several_masses_is_theirs() -> None:
     assert motion.free_displacement.values[0].tolist() == list(run.state.y)
 
 
+ONE_MODE = damper.Structure.from_modes([3.0], [0.02], {"tip": [1.0], "force": [1.0]})
+ON_BASE = damper.Parameters(0.1, 0.05, 0.7, 0.3, 0.6, forcing="base")
+OF_A_MODE = damper.SIParameters(
+    structure=ONE_MODE,
+    force_amplitude=1.0,
+    forcing_frequency=19.0,
+    masses=[{"free_mass": 0.1, "gap": 0.01, "restitution": 0.6}],
+)
+
+
+@pytest.mark.parametrize(
+    ("scene", "length", "speed", "time"),
+    [
+        (CHATTER, "F0/K", "F0/sqrt(K M)", "sqrt(M/K)"),
+        (ON_BASE, "B", "B sqrt(K/M)", "sqrt(M/K)"),
+        (IN_SI, "m", "m/s", "s"),
+        (OF_A_MODE, "m", "m/s", "s"),
+    ],
+)
+def test_motion_has_its_units(scene: Any, length: str, speed: str, time: str) -> None:
+    motion = damper.start(scene).motion(0.0)
+    got = {str(name): units_of(variable.attrs) for name, variable in motion.variables.items()}
+    of_masses = {"free_displacement": length, "free_velocity": speed}
+    assert got.items() >= {"displacement": length, "velocity": speed, "time": time}.items()
+    assert got.items() >= of_masses.items()
+    assert got.get("mode_energy", "J") == "J"
+
+
 def test_it_says_where_it_stopped_early() -> None:
     run = damper.start(CHATTER, max_events=3)
     found = run.advance(40.0)
@@ -85,6 +114,7 @@ def test_it_says_where_it_stopped_early() -> None:
         (lambda run: run.advance(1e300), "at most"),
         (lambda run: run.motion([1.0, 6.0]), "6.0 is outside the run, 0.0 to 5.0"),
         (lambda run: run.motion(math.nan), "outside the run"),
+        (lambda run: run.motion([[1.0, 2.0]]), r"one-dimensional, not of shape \(1, 2\)"),
     ],
 )
 def test_times_outside_are_refused(call: Any, said: str) -> None:

@@ -16,14 +16,15 @@ from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.lazy import xr
 from damper.parameters.quantity import real
 from damper.parameters.structural import StructureParameters
+from damper.parameters.units import LENGTH, SI_UNITS, SPEED, TIME, attributes_of
 from damper.sweep.events import EventTable, Started
 
-#: Variable -> its place in a state, and its meaning.
+#: Variable -> its place in a state, its meaning, and its unit.
 _MOTION = {
-    "displacement": (0, "displacement of the primary"),
-    "velocity": (1, "velocity of the primary"),
-    "free_displacement": (2, "displacement of the free mass"),
-    "free_velocity": (3, "velocity of the free mass"),
+    "displacement": (0, "displacement of the primary", LENGTH),
+    "velocity": (1, "velocity of the primary", SPEED),
+    "free_displacement": (2, "displacement of the free mass", LENGTH),
+    "free_velocity": (3, "velocity of the free mass", SPEED),
 }
 
 
@@ -124,9 +125,11 @@ class OngoingRun:
         Raises
         ------
         ValueError
-            For a time before the start or after `time`.
+            For a time before the start or after `time`, and for more than one dimension.
         """
         moments = np.atleast_1d(np.asarray(times, dtype=float))
+        if moments.ndim > 1:
+            raise ValueError(f"times: must be one-dimensional, not of shape {moments.shape}")
         begun = self._started.begun * self._started.units.time
         outside = moments[~((begun <= moments) & (moments <= self.time))]
         if len(outside):
@@ -139,12 +142,11 @@ class OngoingRun:
         if isinstance(self.parameters, StructureParameters):
             return _motion_of_structure(self.parameters, moments, states)
         found = {}
-        for name, (place, meaning) in _MOTION.items():
-            size = units.length if place % 2 == 0 else units.speed
-            values = np.array([state[place] for state in states]) * size
+        for name, (place, meaning, unit) in _MOTION.items():
+            values = np.array([state[place] for state in states]) * units.size(unit)
             dims = ("time", "body") if several and place > 1 else ("time",)
-            found[name] = (dims, values, {"long_name": meaning})
-        return xr.Dataset(found, {"time": ("time", moments, {"long_name": "time"})})
+            found[name] = (dims, values, self._attributes(meaning, unit))
+        return xr.Dataset(found, {"time": ("time", moments, self._attributes("time", TIME))})
 
     def measured(self) -> dict[str, Any]:
         """Measure a run on a structure, from its start to `time`.
@@ -163,6 +165,11 @@ class OngoingRun:
         seen = Measured(self.parameters, trajectory, window)
         seen.observe(self._log)
         return seen.found()
+
+    def _attributes(self, meaning: str, unit: str) -> dict[str, str]:
+        named = {} if isinstance(self.parameters, Parameters) else SI_UNITS
+        amplitude = self.parameters.forcing.amplitude
+        return {"long_name": meaning, **attributes_of(named.get(unit, unit), amplitude)}
 
     @property
     def _log(self) -> np.ndarray:
@@ -207,16 +214,19 @@ def _motion_of_structure(
     points = np.array([structure.points[name] for name in names]).reshape(-1, len(structure)).T
     energies = structure.mode_energies(x, v)
     found = {
-        "displacement": (("time", "point"), x @ points, "displacement of the point"),
-        "velocity": (("time", "point"), v @ points, "velocity of the point"),
-        "free_displacement": (("time", "body"), y, _MOTION["free_displacement"][1]),
-        "free_velocity": (("time", "body"), u, _MOTION["free_velocity"][1]),
-        "mode_energy": (("time", "mode"), energies, "energy of the mode of the structure"),
+        "displacement": (("time", "point"), x @ points, "displacement of the point", "m"),
+        "velocity": (("time", "point"), v @ points, "velocity of the point", "m/s"),
+        "free_displacement": (("time", "body"), y, _MOTION["free_displacement"][1], "m"),
+        "free_velocity": (("time", "body"), u, _MOTION["free_velocity"][1], "m/s"),
+        "mode_energy": (("time", "mode"), energies, "energy of the mode of the structure", "J"),
     }
     return xr.Dataset(
-        {name: (dims, values, {"long_name": text}) for name, (dims, values, text) in found.items()},
         {
-            "time": ("time", times, {"long_name": "time"}),
+            name: (dims, values, {"long_name": text, "units": unit})
+            for name, (dims, values, text, unit) in found.items()
+        },
+        {
+            "time": ("time", times, {"long_name": "time", "units": "s"}),
             "point": names,
             "mode": np.arange(1, len(structure) + 1),
         },
