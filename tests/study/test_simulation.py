@@ -7,9 +7,12 @@ import sys
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 from scenes import STUDY as POINT
 
+import damper
 from damper import State, simulate
 from damper.observers.common.laws import broken
 from damper.parameters.quantities import ALL
@@ -131,6 +134,40 @@ def test_arguments_are_the_quantities_and_the_settings() -> None:
 def test_slips_are_named(given: dict[str, Any], message: str) -> None:
     with pytest.raises((TypeError, ValueError), match=message):
         simulate(**{**POINT, **SHORT, **given})
+
+
+OF_A_MACHINE: dict[str, Any] = {
+    **{"primary_mass": 100.0, "damping": 800.0, "stiffness": 4e6, "force_amplitude": 200.0},
+    **{"forcing_frequency": 200.0, "free_mass": 10.0, "gap": 0.002, "restitution": 0.3},
+}
+
+
+def test_arrays_may_be_text_with_a_unit_and_initial_quantities_too() -> None:
+    wanted = simulate(**OF_A_MACHINE | {"gap": [0.001, 0.002]}, initial_velocity=[0.05], **SHORT)
+    for texts in (np.array(["1 mm", "2 mm"]), pd.Series(["1 mm", "0.2 cm"])):
+        given = OF_A_MACHINE | {"gap": texts, "initial_velocity": ["5 cm/s"]}
+        assert simulate(**given, **SHORT).identical(wanted)
+    point = {n: float(wanted[n].values.flat[0]) for n in ("gap", "initial_velocity")}
+    text = {"gap": "1 mm", "initial_velocity": "50 mm/s"}
+    first, second = (damper.events(**OF_A_MACHINE | given, until=0.1) for given in (point, text))
+    assert first.tobytes() == second.tobytes()
+
+
+def test_units_that_are_not_taken_are_refused() -> None:
+    """In the attributes of an array, and with an amplitude that has none."""
+    gaps = xr.DataArray([1.0, 2.0], attrs={"units": "mm"})
+    with pytest.raises(ValueError, match="gap: has the attribute units = 'mm': must be in m;"):
+        simulate(**OF_A_MACHINE | {"gap": gaps}, **SHORT)
+    with pytest.raises(ValueError, match="gap: has the attribute units = 'mm': must be in m;"):
+        damper.SIParameters(**OF_A_MACHINE | {"gap": gaps[0]})
+    with pytest.raises(ValueError, match=r"clearance: has .* = 'mm': must be without"):
+        simulate(**POINT | {"clearance": gaps}, **SHORT)
+    in_metres = (1e-3 * gaps).assign_attrs(units="m")
+    cube = simulate(**OF_A_MACHINE | {"gap": in_metres}, **SHORT)
+    assert cube.identical(simulate(**OF_A_MACHINE | {"gap": cube.gap}, **SHORT))
+    for amplitude in ("2 N", ["2 N"]):
+        with pytest.raises(ValueError, match="force_amplitude = '2 N': has the unit 'N'"):
+            simulate(**POINT, force_amplitude=amplitude, **SHORT)
 
 
 def test_one_observer_may_be_given_by_its_name() -> None:

@@ -3,7 +3,9 @@
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
 import damper
 
@@ -39,6 +41,15 @@ def test_without_contact_the_response_is_that_of_the_transfer_function():
     assert cube.mode_power.values == pytest.approx(lost, rel=1e-6)
     assert cube.input_power.item() == pytest.approx(lost.sum(), rel=1e-6)
     assert np.isnan(cube.mean_approach_speed.item())
+
+
+@pytest.mark.parametrize("kind", [pd.Series, xr.DataArray, range])
+def test_arrays_of_any_kind_make_a_dimension(kind):
+    gaps = range(1, 3) if kind is range else kind(["1 m", "200 cm"])
+    cube = damper.simulate(on(), gap_0=gaps, transient=0, periods=1)
+    assert cube.gap_0.values.tolist() == [1.0, 2.0]
+    with pytest.raises(ValueError, match="gap_0: has the attribute units = 'mm': must be in m;"):
+        damper.simulate(on(), gap_0=cube.gap_0.assign_attrs(units="mm"))
 
 
 RUBS = {"friction_coefficient": 0.05}

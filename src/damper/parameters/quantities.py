@@ -10,6 +10,7 @@ from damper.parameters.names import NAMES_BY_SYMBOL, OF_ANY_MASS, common_name, s
 from damper.parameters.quantity import Quantity as Quantity
 from damper.parameters.quantity import real as real
 from damper.parameters.state import INITIAL_QUANTITIES as INITIAL_QUANTITIES
+from damper.parameters.unit_text import number_in
 from damper.parameters.units import AMPLITUDES, SI_UNITS
 
 #: The parameters of `damper.Parameters` and of `damper.SIParameters`, in their order.
@@ -97,6 +98,12 @@ for _quantity in (*ALL.values(), *SI_QUANTITIES):
 def check_quantity(name: str, value: float) -> float:
     """Return `value` as a float if the quantity `name` may have it; see `Quantity.check`."""
     return ALL[name].check(value)
+
+
+def check_initial(name: str, value: float, si: bool) -> float:
+    """As `check_quantity` of an initial quantity, which text may give in SI units."""
+    unit = ALL[name].units
+    return check_quantity(name, number_in(name, value, [SI_UNITS.get(unit, unit) if si else unit]))
 
 
 def is_si(names: Iterable[str]) -> bool:

@@ -62,6 +62,8 @@ def split_unit(value: Any) -> tuple[str, str] | None:
 def number_in(name: str, value: Any, units: Sequence[str]) -> Any:
     """Return the number of a text with a unit; anything else as it is.
 
+    An array of xarray or pandas may name its unit in its attributes: that of the quantity.
+
     Parameters
     ----------
     name : str
@@ -74,7 +76,8 @@ def number_in(name: str, value: Any, units: Sequence[str]) -> Any:
     Raises
     ------
     ValueError
-        When the unit does not go with the quantity, or the number has a decimal comma.
+        When the unit does not go with the quantity, an array has another unit than the quantity,
+        or the number has a decimal comma.
 
     Examples
     --------
@@ -88,6 +91,13 @@ def number_in(name: str, value: Any, units: Sequence[str]) -> Any:
     ValueError: gap = '20 mn': has the unit 'mn': must be a number in m, or with one of the units \
 m, mm, cm, um, km, in
     """
+    said = getattr(value, "attrs", {}).get("units", "1")
+    if said != "1" and not any(said == own or SIZES.get(own, {}).get(said) == "1" for own in units):
+        known = [own for own in units if own in SIZES and own != "1"]
+        raise ValueError(
+            f"{name}: has the attribute units = {said!r}: must be "
+            f"{f'in {known[0]}' if known else 'without a unit'}; convert it, and drop the attribute"
+        )
     if isinstance(value, str) and _COMMA.fullmatch(value):
         point = value.replace(",", ".")
         raise ValueError(f"{name} = {value!r}: has a decimal comma: must be {point!r}")

@@ -22,6 +22,7 @@ from damper.parameters.run import DEFAULTS, settings_text
 from damper.parameters.structural import StructureParameters
 from damper.parameters.tables import TABLE_OF, Table, listed_tables, read_table
 from damper.parameters.unit_text import number_in
+from damper.parameters.units import SI_UNITS
 from damper.parameters.unusual import unusual_damper
 from damper.parameters.warned import warn
 from damper.study.axes import clean
@@ -263,15 +264,20 @@ def _fixed_and_axes(
     quantities: Mapping[str, Any], force: Forcing
 ) -> tuple[dict[str, float], dict[str, list[float]]]:
     """Return the numbers among the quantities, and the values of each sequence."""
-    kind = SIParameters if is_si(quantities) else Parameters
-    units = {q.name: q.units for q in kind.quantities} | {"force_amplitude": force.si_unit}
+    si = is_si(quantities)
+    units = {q.name: q.units for q in (SIParameters if si else Parameters).quantities}
+    units |= {name: SI_UNITS.get(ALL[name].units, "1") for name in INITIAL_NAMES if si}
+    units |= {"force_amplitude": force.si_unit} if si else {}
     fixed: dict[str, float] = {}
     axes: dict[str, list[float]] = {}
     for name, value in quantities.items():
         wanted = f"{name}: must be a number or a non-empty one-dimensional sequence"
+        own = [units.get(common_name(name), "1")]
+        value = number_in(name, value, own)
+        if hasattr(value, "__array__") and np.asarray(value).dtype.kind in "OU":
+            value = np.asarray(value).tolist()
         words = value if isinstance(value, list | tuple) else [value]
         if any(isinstance(word, str) for word in words):
-            own = [units.get(common_name(name), ALL[name].units)]
             read = [number_in(name, ALL[name].number_of(word), own) for word in words]
             value = read if isinstance(value, list | tuple) else read[0]
         try:

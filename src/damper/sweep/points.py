@@ -9,7 +9,7 @@ from damper.models.walls import slack
 from damper.parameters import Parameters, SIParameters, State, Units
 from damper.parameters.masses import own_names, refuse_untaken, with_own
 from damper.parameters.named import arguments, completed, language
-from damper.parameters.quantities import ALL, check_quantity
+from damper.parameters.quantities import ALL, check_initial
 from damper.parameters.quantity import check_needs_of
 from damper.parameters.state import require_state
 from damper.parameters.structural import StructureParameters
@@ -120,7 +120,8 @@ def read_damper(
         check_needs_of(damper, names)  # of all others `language` has asked this
     parameters, units = damper.dimensionless, damper.units
     initial = {
-        name: check_quantity(name, values[name]) / units.size(ALL[name].units) for name in given
+        name: check_initial(name, values[name], kind is SIParameters) / units.size(ALL[name].units)
+        for name in given
     }
     if initial.get("initial_spacing") and len(parameters.each) == 1:
         raise ValueError(

@@ -20,6 +20,7 @@ from damper.parameters.run import RunSettings
 from damper.parameters.structural import StructureParameters
 from damper.parameters.structure_results import MOST_POINTS, VARIABLES
 from damper.parameters.tables import WALL_TABLES
+from damper.parameters.unit_text import number_in
 from damper.parameters.variables import SI_UNITS
 from damper.sweep.cube import described
 from damper.sweep.progress import Progress
@@ -189,7 +190,9 @@ _KNOWN = frozenset(StructureParameters.__dataclass_fields__)
 
 def _runs(value: Any) -> bool:
     """Whether a value makes a dimension."""
-    return isinstance(value, list | tuple | np.ndarray) and not (
+    if hasattr(value, "__array__"):
+        return np.ndim(value) > 0
+    return isinstance(value, list | tuple | range) and not (
         len(value) and isinstance(value[0], dict)
     )
 
@@ -197,6 +200,8 @@ def _runs(value: Any) -> bool:
 def _numbers(parameters: StructureParameters, name: str, along: Any) -> list[float]:
     """Check the values of an axis."""
     quantity = parameters.quantity_of(name)
+    along = number_in(name, along, [quantity.units])
+    along = np.asarray(along).tolist() if hasattr(along, "__array__") else along
     if np.ndim(along) != 1 or len(along) == 0:
         raise ValueError(f"{name}: must be a number or a non-empty one-dimensional sequence")
     found = [quantity.check(v.item() if isinstance(v, np.generic) else v) for v in along]
