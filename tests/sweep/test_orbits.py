@@ -366,6 +366,17 @@ def test_a_sensitivity_without_bound_is_refused() -> None:
         orbit.sensitivity("restitutoin")
 
 
+def test_a_parameter_that_is_left_out_has_no_derivative() -> None:
+    """The left wall's restitution changes the motion; left out, its derivative was 0."""
+    orbit = periodic_orbit(replace(TWO_IMPACTS, clearance=5.0))
+    alike = periodic_orbit(replace(orbit.parameters, restitution_left=0.5), state=orbit.state)
+    own = alike.peak_sensitivity("restitution_left") + alike.peak_sensitivity("restitution")
+    assert own == pytest.approx(orbit.peak_sensitivity("restitution"), rel=1e-9)
+    for name in ("restitution_left", "yield_speed"):
+        with pytest.raises(ValueError, match=f"no derivative by {name}: it is inf; give it a fin"):
+            orbit.sensitivity(name)
+
+
 @pytest.mark.parametrize(
     "more",
     [{}, {"support_stiffness_ratio": 0.01}, {"modulation_depth": 0.2}, {"yield_speed": 0.01}],

@@ -1,5 +1,6 @@
 """`damper.periodic_orbit`: a periodic motion, stable or not, and its multipliers."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,7 +17,7 @@ from damper.models.sensitivity import Stencil, model_along, neighbours
 from damper.models.tangent import OF_PARTED, parted_in
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import FORCINGS
-from damper.parameters.named import named_quantity, rates_of
+from damper.parameters.named import named_quantity, rates_of, value_of
 from damper.parameters.names import common_name
 from damper.parameters.quantity import whole
 from damper.parameters.units import LENGTH, SPEED, Units
@@ -260,7 +261,8 @@ class PeriodicOrbit:
         TypeError
             For an unknown parameter.
         ValueError
-            Where a multiplier is 1, as of a free mass that nothing touches.
+            Where a multiplier is 1, as of a free mass that nothing touches, and where the parameter
+            is infinite, as those may be that are left out.
 
         Examples
         --------
@@ -321,6 +323,8 @@ class PeriodicOrbit:
     def _change_by(self, parameter: str) -> tuple[np.ndarray, Stencil, tuple[float, float]]:
         """Dimensionless derivative of the start, of the models, and growth of length and speed."""
         named_quantity(self.parameters, parameter)
+        if math.isinf(value_of(self.parameters, parameter)):
+            raise ValueError(f"no derivative by {parameter}: it is inf; give it a finite value")
         rates = rates_of(self.parameters, parameter)
         grows = rates.pop(LENGTH, 0.0), rates.pop(SPEED, 0.0)
         scaled = self.scaled
