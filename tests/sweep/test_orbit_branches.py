@@ -420,6 +420,8 @@ def test_a_curve_ends_at_the_edge_of_its_ranges(oscillator: Branch) -> None:
     assert (values[0], values[-1]) == (2.8, 2.81)
     assert values == sorted({*values})
     assert "frequency_ratio = 2.8 is the end of the range" in found.ends[0]
+    with pytest.raises(TypeError, match=r"'frequency_ration' \(did you mean 'frequency_ratio'\?\)"):
+        found.values("frequency_ration")
     with pytest.raises(ValueError, match="ranges of clearance: must be of clearance, along which"):
         continue_point(grazing, {"clearance": (9.0, 10.5)})
     with pytest.raises(TypeError, match=r"unknown parameter 'restitutoin'.*mean 'restitution'"):

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from damper.parameters import Parameters, SIParameters
-from damper.parameters.named import value_of
+from damper.parameters.named import named_quantity, value_of
 from damper.parameters.quantity import whole
 from damper.sweep.orbits.branch import (
     SpecialPoint,
@@ -114,7 +114,8 @@ class PointCurve:
     """Why the curve ends where its first and its last orbit are."""
 
     def values(self, parameter: str) -> np.ndarray:
-        """Values of a parameter, one for each orbit."""
+        """Values of a parameter, one for each orbit; TypeError for an unknown one."""
+        named_quantity(self.orbits[0].parameters, parameter)
         return np.array([value_of(orbit.parameters, parameter) for orbit in self.orbits])
 
 
