@@ -16,7 +16,7 @@ from damper.sizing import study
 from damper.sizing.answer import Design, _answer, _changes, _history, _orbit, _without
 from damper.sizing.answer import cube_of as cube_of_study
 from damper.sizing.clauses import Clause, clauses_of, table_of
-from damper.sizing.contact import STEEL, ball_diameter
+from damper.sizing.contact import BALLS, STEEL, ball_diameter
 from damper.sizing.machine import machine_of, read_machine
 from damper.sizing.page import box, response
 from damper.sizing.search import Search
@@ -200,9 +200,25 @@ def test_the_hardest_impact_is_that_of_its_momentum_and_energy(found: Design) ->
 
 def test_the_box_is_drawn_with_its_dimensions(found: Design) -> None:
     texts = {text.get_text() for text in box(found).axes[0].texts}
-    diameter = 1e3 * ball_diameter(8.0, STEEL.density)
-    assert {"10 mm", "direction of motion", f"ball, steel: Ø {diameter:.3g} mm"} <= texts
-    assert any(text.startswith(f"inside {diameter + 10.0:.4g} mm") for text in texts)
+    diameter, *lengths = found.ball_and_box(STEEL.density)
+    assert diameter == ball_diameter(8.0, STEEL.density)
+    assert {"10 mm", "direction of motion", f"ball, steel: Ø {lengths[0]}"} <= texts
+    assert any(text.startswith(f"inside {lengths[1]}") for text in texts)
+
+
+@pytest.mark.parametrize("gap", [1.061e-6, 1.061e-3, 0.09876, 1.2])
+def test_a_box_is_longer_than_its_ball_by_the_gap(found: Design, gap: float) -> None:
+    """A ball of 125 mm in a box of 125.9 mm has no gap of 1.06 mm."""
+    of = replace(found, gap=gap, slopes={})
+    (build,) = (table for heading, _, table in of.tables if heading == "What to build")
+    size = {"mm": 1e-3, "m": 1.0}
+    for _, row in build.iterrows():
+        ball, inside = (
+            float(number) * size[unit]
+            for number, unit in (row[key].split() for key in ("diameter", "length inside"))
+        )
+        assert inside - ball == pytest.approx(float(f"{gap:.3g}"), rel=1e-6)
+        assert ball == pytest.approx(ball_diameter(8.0, BALLS[row["ball of"]].density), rel=5e-3)
 
 
 def test_accelerations_may_count() -> None:

@@ -17,7 +17,6 @@ from damper.sizing.machine import machine_of, read_machine
 from damper.sizing.page import box
 from damper.sizing.search import Search
 from damper.sizing.study import Sizes, WorstCase
-from damper.sizing.words import text_of
 from damper.study.config import load_study
 from damper.sweep.runs import run_points
 
@@ -44,9 +43,10 @@ def of_two(few_starts_throughout: None) -> Design:
 def test_the_best_number_of_masses_is_named(of_two: Design, tmp_path: Path) -> None:
     assert (of_two.count, of_two.counts.units.tolist()) == (2.0, ["2", "1", "3"])
     assert "2 boxes side by side, with a ball of 1/2 of the free mass in each" in repr(of_two)
-    diameter = text_of(ball_diameter(4.0, STEEL.density), "m")
+    diameter, across, _ = of_two.ball_and_box(STEEL.density)
+    assert diameter == ball_diameter(4.0, STEEL.density)
     (build,) = (table for heading, _, table in of_two.tables if heading == "What to build")
-    assert build[["boxes", "diameter"]].iloc[0].tolist() == ["2", diameter]
+    assert build[["boxes", "diameter"]].iloc[0].tolist() == ["2", across]
     reduced, v = 400.0 / 104.0, of_two.approach_speed
     assert math.isclose(of_two.impulse, 1.3 * reduced * v, rel_tol=1e-9)  # of one of them
     circles = [one for one in box(of_two).axes[0].patches if isinstance(one, Circle)]

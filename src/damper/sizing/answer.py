@@ -228,6 +228,19 @@ class Design:
         )
         return next(enough, most)
 
+    def ball_and_box(self, density: float) -> tuple[float, str, str]:
+        """Return the diameter of one ball in m, and in words that and the length inside its box.
+
+        Their difference is the gap, so all three end at the same decimal place.
+        """
+        diameter = ball_diameter(self.free_mass / self.boxes_to_build, density)
+        digits = self.digits("gap")
+        gap = rounded(self.gap, digits)
+        digits = max(_USUAL, digits + _decade(diameter) - _decade(gap))
+        inside = rounded(diameter, digits) + gap
+        more = _decade(inside) - _decade(diameter)
+        return diameter, text_of(diameter, "m", digits), text_of(inside, "m", digits + more)
+
     def __repr__(self) -> str:
         width = max(_WIDTH, *(len(text) + 1 for _, text, _ in self.lines))
         body = [f"  {text:<{width}}{value}" for _, text, value in self.lines]
@@ -508,6 +521,11 @@ def _masses(judge: Any, of_each: Sequence[tuple[Sizes, float]]) -> pd.DataFrame 
     return pd.DataFrame(rows) if len(rows) > 1 else None
 
 
+def _decade(value: float) -> int:
+    """Power of ten of a number's first digit."""
+    return math.floor(math.log10(value))
+
+
 def _stops(m: Any) -> Any:
     """Material of the stops, for the contact force."""
     return STEEL if m.stop_modulus is None else STEEL._replace(modulus=m.stop_modulus)
@@ -518,13 +536,9 @@ def _to_build(found: Design) -> pd.DataFrame:
     m, rows, boxes = found.machine, [], found.boxes_to_build
     reduced = found.free_mass / (boxes + found.mass_ratio)
     for name, ball in BALLS.items():
-        diameter = ball_diameter(found.free_mass / boxes, ball.density)
+        diameter, *lengths = found.ball_and_box(ball.density)
         row = {"boxes": f"{boxes}"} if boxes > 1 else {}
-        row |= {
-            "ball of": name,
-            "diameter": text_of(diameter, "m"),
-            "length inside": text_of(diameter + found.gap, "m", DIGITS),
-        }
+        row |= {"ball of": name} | dict(zip(("diameter", "length inside"), lengths, strict=True))
         if found.approach_speed > 0.0:
             modulus = contact_modulus(ball, _stops(m))
             hit = hertz_impact(reduced, found.approach_speed, 0.5 * diameter, modulus)

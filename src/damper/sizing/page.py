@@ -28,7 +28,7 @@ from damper.figures.common.style import (
     style,
 )
 from damper.parameters.lazy import Figure
-from damper.sizing.contact import STEEL, ball_diameter
+from damper.sizing.contact import STEEL
 from damper.sizing.machine import RECORDS
 from damper.sizing.search import DIGITS
 from damper.sizing.words import ROUNDING, text_of
@@ -285,23 +285,22 @@ def box(design: Design) -> Figure:
     Of several masses each box is drawn.
     """
     boxes = design.boxes_to_build
-    diameter = ball_diameter(design.free_mass / boxes, STEEL.density)
+    diameter, across, length = design.ball_and_box(STEEL.density)
     inside = diameter + design.gap
     # To scale, unless ball or gap would not be seen.
     largest = _INSIDE - _LEAST_SEEN if boxes == 1 else max(_LEAST_SEEN, _LARGEST_BALLS / boxes)
     drawn = max(_INSIDE * design.gap / inside, _LEAST_SEEN, _INSIDE - largest)
     drawn = min(drawn, _INSIDE - _LEAST_SEEN)
     scaled = math.isclose(drawn, _INSIDE * design.gap / inside)
-    digits = design.digits("gap")
     with style():
         figure, ax = schematic.sheet()
         schematic.box_with_ball(
             ax,
             _INSIDE,
             drawn,
-            f"{'ball, steel: ' if boxes == 1 else ''}Ø {text_of(diameter, 'm')}",
-            text_of(design.gap, "m", digits),
-            f"inside {text_of(inside, 'm', DIGITS)}" + ("" if scaled else ", not to scale"),
+            f"{'ball, steel: ' if boxes == 1 else ''}Ø {across}",
+            text_of(design.gap, "m", design.digits("gap")),
+            f"inside {length}" + ("" if scaled else ", not to scale"),
             boxes,
             "direction of motion" + (f", {_DOWN}" if design.machine.weight.get("gravity") else ""),
         )
