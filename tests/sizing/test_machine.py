@@ -46,6 +46,7 @@ FRAME = {
         ({"restitution_tolerance": 0.4}, ["restitution from -0.1 to 0.7", "up to 0.3"]),
         ({"natural_frequency": 30.0}, ["exactly one of natural_frequency, stiffness"]),
         ({"unbalance": 1.0}, ["force_amplitude and unbalance are given"]),
+        ({"decay_to": 0.2}, ["decay_to says where a free motion ends", "or with initial_disp"]),
         ({"counts": "decay_time"}, ["decay_time does not go with force_amplitude"]),
         ({"materials": {"rubber": 0.3}}, ["restitution and materials are given", "exactly one"]),
         ({"materials": {f"m{k}": 0.3 for k in range(21)}}, ["21 materials", "at most 20"]),

@@ -431,6 +431,9 @@ class Machine(Room, Settings):  # type: ignore[misc]
         if self.counts != AUTO and (self.counts == "decay_time") != self.is_free:
             what = (name for name in COUNTS if (name == "decay_time") == self.is_free)
             mistakes.add(("counts",), f"{self.counts} does not go with {drive}", ", ".join(what))
+        if drive and "decay_to" in self.model_fields_set and not self.is_free:
+            message = f"decay_to says where a free motion ends, and {drive} drives this one"
+            mistakes.add(("decay_to",), message, "left out, or with initial_displacement")
         self.check_record(mistakes)
 
     def _check_weight(self, mistakes: Mistakes) -> None:
