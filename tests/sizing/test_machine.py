@@ -39,7 +39,7 @@ FRAME = {
         ({"force_amplitude": 1e-320}, ["force_amplitude", "value: 1e-320", ">= 1e-12"]),
         ({"gap_tolerance": 1e-20}, ["gap_tolerance: 1e-20 is lost in roundoff", "least 5e-09"]),
         ({"title": "a\nb"}, ["title: the text has more than one line"]),
-        ({"largest_gp": 1.0}, ["unknown key 'largest_gp'", "did you mean 'largest_gap'"]),
+        ({"largest_gp": 1.0}, ["key 'largest_gp'", ", units", "did you mean 'largest_gap'"]),
         ({"largest_mass": 200.0}, ["machine of 100 kg", "0.001 to 100 kg"]),
         ({"largest_mass": 1e-4}, ["0.001 to 100 kg"]),
         ({"gap_tolerance": 6e-3}, ["largest_gap", "more than gap_tolerance = 0.006 m"]),

@@ -343,5 +343,6 @@ def _cut(text: str, most: int = 60) -> str:
 def join_names(names: Iterable[str], most: int = 30) -> str:
     """Return names as a list in words, cut after `most`."""
     listed = list(names)
+    most += len(listed) == most + 1  # its name is as short as "and 1 more"
     rest = f", and {len(listed) - most} more" if len(listed) > most else ""
     return ", ".join(listed[:most]) + rest if listed else "none"
