@@ -985,6 +985,11 @@ def _check_box(
         others += ["masses"] if given.get("masses") is not None else []
         for name in others:
             raise ValueError(f"walls and {named(name)}: with {named(name)} a box has both walls")
+        for name, common in (("restitution_left", "restitution"), WALL_TABLES[::-1]):
+            if values.get(name) not in (None, math.inf):
+                raise ValueError(
+                    f"walls and {name}: {common} is that of the only wall; leave out {name}"
+                )
     if not values["carrier"]:
         return
     what = "carrier = 'prescribed'"
