@@ -142,6 +142,29 @@ def test_what_it_does_not_know_is_refused(changes: dict[str, float]) -> None:
         observed(["statistics"], **changes)
 
 
+def test_a_window_that_outlasts_its_noise_is_refused() -> None:
+    """Nothing drives the damper there, and means would be those of a decay as well."""
+    free = {name: value for name, value in SCENE.items() if name != "frequency_ratio"}
+    for last, state in ((43.9, None), (50.0, damper.State(0.1, 0.0, 0.1, 0.0, time=7.0))):
+        noise = damper.Noise(seed=1, step=0.1, duration=last, band=(0.5, 3.0))
+        given = free | {"forcing": noise, "state": state}
+        given |= {"initial_position": None} if state else {}
+        message = rf"statistics: the window ends at \d+\.\d+, after the noise, .* ends at {last:g}:"
+        with pytest.raises(ValueError, match=message):
+            damper.simulate(**given, observers=["statistics"])
+        damper.simulate(**given, observers=["response"])
+    with pytest.raises(ValueError, match="statistics: the window ends at"):
+        damper.simulate(**given, masses=[{}], observers={"statistics": {"bodies": [0]}})
+    noise = damper.Noise(seed=1, step=0.1, duration=44.0, band=(0.5, 3.0))
+    assert damper.simulate(**free, forcing=noise, observers=["statistics"]).status == 0
+    beam = damper.Structure.from_modes([1.0], [0.02], {"tip": [1.0], "force": [1.0]})
+    mass = {"free_mass": 0.1, "gap": 0.01, "restitution": 0.6}
+    noise = damper.Noise(seed=1, step=0.01, duration=4.0, band=(0.5, 30.0))
+    on = damper.SIParameters(structure=beam, force_amplitude=1.0, forcing=noise, masses=[mass])
+    with pytest.raises(ValueError, match="statistics: the window ends at 5, after the noise"):
+        damper.simulate(on, transient=1, periods=4, observers=["statistics"])
+
+
 def test_limits_are_those_of_student() -> None:
     for freedom in (1, 2, 3, 8, 19, 500):
         for part in (0.5, 0.9, 0.999):

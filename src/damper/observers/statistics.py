@@ -76,10 +76,12 @@ class Statistics(Observer):
     energy, place and impacts; an energy of approach is that of this mass and the primary alone. On
     a structure the energies of the primary are those of the whole structure.
 
-    Everything stays missing where the run stopped early.
+    A record or noise must last as long as the window. Everything stays missing where the run
+    stopped early.
     """
 
     models = ("rigid", "grounded", "sliding", "structure")
+    throughout = True
     bodies = BODIES
     batches = Setting(20, "Equal parts of the window that make the limits.", ge=8, le=10_000)
     confidence = Setting(0.95, "Of the limits.", gt=0, lt=1)

@@ -190,12 +190,12 @@ def _units(cls: type[StrictModel]) -> dict[str, str]:
 
 @contextmanager
 def refused(loc: Loc, mistakes: Mistakes) -> Iterator[None]:
-    """Note the ValueError of `number_in` in the body."""
+    """Note a ValueError in the body, such as one of `number_in`, without the name of `loc`."""
     try:
         yield
     except ValueError as error:
         message, _, allowed = str(error).partition(": must be ")
-        mistakes.add(loc, message.removeprefix(" = "), allowed)
+        mistakes.add(loc, message.removeprefix(f"{loc[-1]}: ").removeprefix(" = "), allowed)
 
 
 def as_numbers(value: Any, deep: int = 2) -> Any:

@@ -12,6 +12,7 @@ from damper.parameters.models import own_feature
 from damper.parameters.names import OF_ANY_MASS, common_name, split
 from damper.parameters.quantities import INITIAL_NAMES, QUANTITIES, SI_QUANTITIES, is_si
 from damper.study.estimate import MOST_SLICES, refuse_excess
+from damper.study.fields import refused
 from damper.study.forcing import NOT_FREE, check_undriven
 from damper.study.messages import Mistakes
 from damper.study.model import Study
@@ -116,6 +117,10 @@ def _check_window(study: Study, contents: StudyContents, mistakes: Mistakes) -> 
         )
         allowed = f"start + length <= {contents.periods}, at least one sample step"
         mistakes.add(("observers", "trajectory"), message, allowed)
+    for name, made in contents.made.items():
+        with refused(("observers", name), mistakes):
+            for cycle, *cycles in study.windows:
+                made.require_drive(study.force.kind, study.force.end, cycle * sum(cycles))
     counted: Any = study.observers.get("chatter_bursts")
     for i, start in enumerate(counted.since if counted else ()):
         if start >= contents.periods:

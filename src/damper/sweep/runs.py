@@ -127,6 +127,13 @@ def run_points(
     else:
         lengths = [settings.cycles(1.0, 0.0)]
     longest = max(lengths, key=sum)
+    ends = lengths if settings.timed else lengths * len(read)
+    for point, cycles in zip(read, ends, strict=False):
+        force, unit = point.parameters.forcing, point.units.time
+        begun = state.time if state else 0.0
+        end = begun + point.parameters.cycle * unit * sum(cycles)
+        for observer in made:
+            observer.require_drive(force.kind, force.end * unit, end)
     copies = len(set(map(id, forces)))
     rows = [_observed(points, observer) for observer in made]
     parts = {one.name: len(own) / len(read) for one, own in zip(made, rows, strict=True) if read}

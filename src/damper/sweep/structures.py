@@ -54,6 +54,10 @@ def measured_grid(
     places = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
     points = [parameters.having(place) if place else parameters for place in places]
     states = [state if start is None else point.started(**start) for point in points]
+    made, begun = make_observers(observers or {}, boxes=True), state.time if state else 0.0
+    for point, one in product(points, made):
+        end = begun + point.cycle * sum(cycles)
+        one.require_drive(point.forcing.kind, point.forcing.end, end)
     runs = [
         partial(measured, point, cycles, samples, history, own, engine, observers)
         for point, own in zip(points, states, strict=True)

@@ -58,6 +58,8 @@ class Observer:
     """Shared variables of which, on a structure, each mass writes its own: those of its box."""
     is_first = True
     """Whether it is the first one of those for several masses."""
+    throughout = False
+    """Whether a record or noise must last as long as the window."""
     settings: ClassVar[dict[str, Setting]] = {}
     """The class's own first, then those of its bases."""
 
@@ -96,6 +98,14 @@ class Observer:
     def name(self) -> str:
         """The observer's name, that of its file."""
         return type(self).__module__.rpartition(".")[2]
+
+    def require_drive(self, kind: str, last: float, end: float) -> None:
+        """Raise ValueError for a window that ends at `end`, after its record or noise does."""
+        if self.throughout and 0.0 < last < end * (1.0 - 1e-9):
+            raise ValueError(
+                f"{self.name}: the window ends at {end:g}, after the {kind}, which ends at "
+                f"{last:g}: must be a window within it"
+            )
 
     def allocate(self, runs: int, window_length: int) -> None:
         """Make `arrays`: NaN (real) or `NO_VALUE` (integer) until a finished run fills them."""

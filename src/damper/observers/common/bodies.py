@@ -37,6 +37,7 @@ class OfEachBody(Observer):
         for observer in self._observers[1:]:
             observer.is_first = boxes
         self.bodies: tuple[int, ...] = self._observers[0].bodies
+        self.throughout = self._observers[0].throughout
         of_box = self._observers[0].of_box if boxes else ()
         self._shared = tuple(n for n in self._observers[0].shared if n not in of_box)
 
