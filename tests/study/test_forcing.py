@@ -162,6 +162,9 @@ def test_laws_of_noise_are_for_noise_alone(tmp_path: Path) -> None:
     assert load(tmp_path, NOISE.replace("[0.5, 2]", "[0, 6]") % 1, shown, text).tables
     with pytest.raises(ConfigError, match=r"tables.one\n    shows the laws of noise"):
         load(tmp_path, "harmonic", shown, text)
+    message = r"observers.statistics\n    the window ends at 39.2699, after the noise, which .* 38"
+    with pytest.raises(ConfigError, match=message + r"\n    allowed: a window within it"):
+        load(tmp_path, NOISE.replace("60, band: [0.5, 2]", "38, band: [0, 6]") % 1, text=text)
 
 
 def test_times_and_bands_of_a_study_in_si_units_may_have_units(tmp_path: Path) -> None:
