@@ -120,6 +120,7 @@ def test_every_slip_has_a_message_of_ours(name: str) -> None:
             assert "\n" not in str(caught), caught
 
 
+AXES = ("frequency_ratio", "clearance", "restitution")
 SLIPS = yaml.safe_load((Path(__file__).parent / "mistakes.yaml").read_text())
 SLIPS += [
     ("basin_fractions", {"cube": CUBE}, "the cube has no starts: make it with draws, or"),
@@ -127,6 +128,11 @@ SLIPS += [
         "chatter_intervals",
         {"cube": CUBE.where(CUBE.clearance > 0.05), "along": "restitution"},
         "chatter is not known: the run at .*'clearance': 0.05.* stopped early",
+    ),
+    (
+        "chatter_intervals",
+        {"cube": CUBE.isel(dict.fromkeys(AXES, 0))},
+        "axis 'restitution': there are",
     ),
     ("first_lasting_change", {"periods": CUBE}, "periods is a Dataset: must be `section_period`"),
 ]

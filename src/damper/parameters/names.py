@@ -108,4 +108,5 @@ def unknown_name(
         return TypeError(f"unknown {what} {name!r}: write {REPLACED[name]}")
     near = nearest(name, [*names, *others]) if isinstance(name, str) else ""
     hint = f" (did you mean {near!r}?)" if near not in ("", name) else ""
-    return TypeError(f"unknown {what} {name!r}{hint}: must be one of {', '.join(names) or 'none'}")
+    known = f"must be one of {', '.join(names)}" if names else "there are none"
+    return TypeError(f"unknown {what} {name!r}{hint}: {known}")
