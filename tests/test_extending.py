@@ -305,6 +305,13 @@ cube = damper.simulate(
     **given, forcing=DecayingPush(0.4), observers={"response": {}}, transient=0, periods=3
 )
 print(abs(float(cube.energy_residual)) < 1e-12)
+run = damper.run(parameters, until=20.0)
+print("decaying_push, rate 0.4" in run.plot().get_suptitle())
+# A unit of time is half a second.
+si = {"primary_mass": 1.0, "stiffness": 4.0, "damping": 0.2, "force_amplitude": 4.0}
+si |= {"free_mass": 0.1, "gap": 0.6, "restitution": 0.6}
+found = damper.events(damper.SIParameters(**si, forcing=DecayingPush(0.8)), until=10.0)["time"]
+print(len(found) == len(run.events), abs(found - 0.5 * run.events["time"]).max() < 1e-12)
 found = damper.events(box, damper.State(1.0, 0.0, 0.9, 0.0), until=20.0)
 time, side = found["time"], found["side"]
 print(len(found) >= 3, abs(found["x"] - np.exp(-0.4 * time)).max() < 1e-15)
@@ -327,7 +334,9 @@ for refused in (
     code = [sys.executable, "-c", WITH_FORCE + check]
     done = subprocess.run(code, capture_output=True, text=True, env=environment, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    *_, rigid, grounded, varying, balance, box, speeds, orbit, compliant = done.stdout.splitlines()
+    rigid, grounded, varying, balance, drawn, si, *others = done.stdout.splitlines()[-10:]
+    box, speeds, orbit, compliant = others
+    assert (drawn, si) == ("True", "True True")
     assert (box, speeds) == ("True True", "True")
     assert (rigid, grounded, varying) == ("True True True",) * 3
     assert (balance, orbit, compliant) == ("True", "ValueError", "TypeError")

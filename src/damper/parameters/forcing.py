@@ -672,6 +672,14 @@ def read_forcing(given: Any) -> Forcing:
     return FORCINGS[given]()
 
 
+def class_of(kind: Any) -> type[Forcing]:
+    """Return the class of a kind of force; one of a user's own where its file is loaded."""
+    loaded = [each for each in Forcing.__subclasses__() if hasattr(each, "kind")]
+    known = {each.kind: each for each in loaded} | FORCINGS
+    _one_of("kind of forcing", kind, known)
+    return known[kind]
+
+
 def forcing_of(settings: Mapping[str, Any], file: str | os.PathLike[str] | None = None) -> Forcing:
     """Return the force of `Forcing.settings`; of a record, its samples or the `file` beside it.
 
@@ -684,8 +692,7 @@ def forcing_of(settings: Mapping[str, Any], file: str | os.PathLike[str] | None 
     Base(frame='base')
     """
     given = dict(settings)
-    _one_of("kind of forcing", name := given.pop("kind", None), FORCINGS)
-    kind = FORCINGS[name]
+    kind = class_of(name := given.pop("kind", None))
     if kind is Record and file is not None:
         return Record.read(file, **given)
     if kind is Record and "time" not in given:
@@ -720,7 +727,7 @@ def force_text(settings: Mapping[str, Any], si: bool = False) -> str:
     'harmonics, orders 1 and 3, amplitudes 1 and 0.2, phases 0 and 0'
     """
     words = [str(settings["kind"])]
-    always = {field.name: field.default for field in fields(FORCINGS[settings["kind"]])}
+    always = {field.name: field.default for field in fields(class_of(settings["kind"]))}
     for name, value in settings.items():
         if name not in ("kind", "digest") and value != always.get(name):
             values = value if isinstance(value, list | tuple) else [value]

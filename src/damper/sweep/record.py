@@ -6,9 +6,9 @@ from typing import Any
 
 from damper.parameters.forcing import (
     EACH_DRAW,
-    FORCINGS,
     HARMONIC,
     Forcing,
+    class_of,
     force_text,
     forcing_of,
 )
@@ -243,7 +243,7 @@ def _settings(text: str) -> dict[str, dict[str, Any]]:
 
 def _force(text: str) -> dict[str, Any]:
     settings = _mapping(text)
-    return settings | {"kind": FORCINGS[settings["kind"]].kind}
+    return settings | {"kind": class_of(settings["kind"]).kind}
 
 
 def length_text(cube: Any) -> str:
