@@ -305,7 +305,8 @@ cube = damper.simulate(
     **given, forcing=DecayingPush(0.4), observers={"response": {}}, transient=0, periods=3
 )
 print(abs(float(cube.energy_residual)) < 1e-12)
-run = damper.run(parameters, until=20.0)
+plain = damper.Parameters(0.1, 0.05, 1.0, 0.3, 0.6, forcing=DecayingPush(0.4))
+run = damper.run(plain, until=20.0)
 print("decaying_push, rate 0.4" in run.plot().get_suptitle())
 # A unit of time is half a second.
 si = {"primary_mass": 1.0, "stiffness": 4.0, "damping": 0.2, "force_amplitude": 4.0}
