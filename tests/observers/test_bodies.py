@@ -187,5 +187,7 @@ def test_a_run_shows_all_masses() -> None:
     assert [title for title in titles if title] == ["mass 0", "mass 1", "mass 2"]
     texts = [text.get_text() for text in run.plot().legends[0].texts]
     assert texts[:4] == ["primary $x$", "mass 0 $y_{0}$", "mass 1 $y_{1}$", "mass 2 $y_{2}$"]
+    with pytest.raises(ValueError, match="body = 3: must be one of 0, 1, 2"):
+        run.portrait(0, 3)
     walls = [ax.get_xlim() for ax in run.portrait(0, 2).axes[2:4]]
     assert walls[0] == walls[1]

@@ -111,7 +111,11 @@ class Run:
         """
         if "body" not in self.cube.dims:
             return drawn("phase_portrait", self.cube)
-        shown = self.cube.sel(body=list(bodies or self.cube.body.values[:MOST_COLUMNS]))
+        known = self.cube.body.values.tolist()
+        for body in bodies:
+            if body not in known:
+                raise ValueError(f"body = {body!r}: must be one of {', '.join(map(str, known))}")
+        shown = self.cube.sel(body=list(bodies or known[:MOST_COLUMNS]))
         return drawn("phase_portrait", shown, columns="body")
 
 
