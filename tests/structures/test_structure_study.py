@@ -334,6 +334,7 @@ def test_settings_in_plain_values_make_the_same_parameters(tmp_path):
         ({"start": {"position": [2.0]}}, "position"),
         ({"start": {"velocity": ["2 kg", 0]}}, "has the unit 'kg'"),
         ({"history": 0}, "'mode_energy' is not in the cube"),
+        ({"structure": {"modes": "no.csv"}}, r"structure\n    .*no.csv: there is no such file"),
         (
             {"tables": {"all": {"kind": "values", "variables": ["status", "displacement"]}}},
             r"tables.all.variables\[1\].*'displacement' has a value at each instant",

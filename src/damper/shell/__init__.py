@@ -106,26 +106,11 @@ def _in_words() -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        from damper.study.yaml_file import ConfigError
+        from damper.study.yaml_file import ConfigError, words_of
 
-        if isinstance(error, OSError) and error.filename:
-            raise click.ClickException(_of_file(error)) from None
         if isinstance(error, ValueError | TypeError | OSError | ConfigError):
-            raise click.ClickException(str(error)) from None
+            raise click.ClickException(words_of(error)) from None
         raise
-
-
-def _of_file(error: OSError) -> str:
-    """Say why a file cannot be used, and which one beside it was probably meant."""
-    from damper.study.yaml_file import unreadable
-
-    path = Path(os.fsdecode(error.filename))
-    if not isinstance(error, FileNotFoundError):
-        return f"{path}: {error.strerror}"
-    if not path.parent.is_dir():
-        return f"{path}: there is no folder {path.parent}"
-    told, near = unreadable(path, error)
-    return f"{path}: {told}" + (f"; did you mean {near!r}?" if near else "")
 
 
 def _events_command(name: str, kind: Any, unit: str, time: str, example: str) -> None:

@@ -42,7 +42,7 @@ from damper.sizing.study import (
 from damper.structures.structure.settings import StructureEntry, entry_of
 from damper.study.fields import DistinctList, Line, Text, Unit
 from damper.study.messages import Mistakes
-from damper.study.yaml_file import read_yaml
+from damper.study.yaml_file import read_yaml, words_of
 from damper.sweep.points import thrown_back
 
 _DRIVES = ("force_amplitude", "base_amplitude", *RECORDS)
@@ -113,7 +113,7 @@ class StructureMachine(Room, RoomSettings):  # type: ignore[misc]
         try:
             made = self.made
         except (ValueError, TypeError, OSError) as error:
-            mistakes.add(("structure",), str(error))
+            mistakes.add(("structure",), words_of(error))
             return
         place = "base" if self.is_based else "force"
         if getattr(made, place) is None:

@@ -37,6 +37,7 @@ from damper.study.yaml_file import (
     display,
     join_names,
     read_yaml,
+    words_of,
 )
 
 __all__ = ["Config", "ConfigError", "Study", "load_config", "load_study"]
@@ -240,7 +241,7 @@ def _with_tables(data: Any, folder: Path) -> Any:
                     unit = "m/s" if is_si(_part_of(data, "parameters", dict)) else "1"
                     rows[name] = read_table(name, folder / given[name], unit)
                 except (ValueError, OSError) as error:
-                    mistakes.add((*loc, name), str(error))
+                    mistakes.add((*loc, name), words_of(error))
         return given | rows if rows else given
 
     made = {"parameters": read(data.get("parameters"), "parameters")}

@@ -6,6 +6,7 @@ an earlier one. Its parsers are used as they are; what the scalars mean is decid
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
@@ -156,6 +157,19 @@ def unreadable(path: Path, error: OSError) -> tuple[str, str]:
     kind = {path.stem, path.suffix}
     stems = {Path(name).stem: name for name in names if kind & {Path(name).stem, Path(name).suffix}}
     return "there is no such file", stems.get(nearest(path.stem, stems), "")
+
+
+def words_of(error: Exception) -> str:
+    """Say what is wrong; of a file that cannot be used, why, and which one was probably meant."""
+    if not isinstance(error, OSError) or not error.filename:
+        return str(error)
+    path = Path(os.fsdecode(error.filename))
+    if not isinstance(error, FileNotFoundError):
+        return f"{path}: {error.strerror}"
+    if not path.parent.is_dir():
+        return f"{path}: there is no folder {path.parent}"
+    told, near = unreadable(path, error)
+    return f"{path}: {told}" + (f"; did you mean {near!r}?" if near else "")
 
 
 def dump_yaml(data: Any) -> str:

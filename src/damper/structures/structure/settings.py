@@ -38,6 +38,7 @@ from damper.study.parts import engine_part
 from damper.study.products import check_listed
 from damper.study.settings import OBSERVER_SETTINGS, AxisValues, given_settings, numbers_at
 from damper.study.study_file import ProductBase, StudyFile
+from damper.study.yaml_file import words_of
 
 _NONE: dict[str, Any] = {}
 _HERE = "damper.structures.structure"
@@ -363,7 +364,7 @@ class StructureStudy(StudyFile):
         try:
             self.structure.made(self._folder)
         except (ValueError, TypeError, OSError) as error:
-            mistakes.add(("structure",), str(error))
+            mistakes.add(("structure",), words_of(error))
             return
         try:
             damper = self.damper
@@ -371,7 +372,7 @@ class StructureStudy(StudyFile):
             said = str(error).partition(" (did you mean")[0]
             named = (name for name in self.axes if re.search(rf"(^|'){name}\b", said))
             loc = next((("axes", name) for name in named), ("parameters",))
-            mistakes.add(loc, str(error))
+            mistakes.add(loc, words_of(error))
             return
         try:
             damper.started(**self.start.numbers)
