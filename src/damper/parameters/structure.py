@@ -168,10 +168,15 @@ class Structure:
                 raise unknown_name("box of base_shares", name, shares)
             shares[name] = finite(f"base_shares[{name!r}]", share)
         rates = 2.0 * math.pi * hertz
+        with np.errstate(over="ignore"):
+            damping, stiffness = 2.0 * ratios * rates * masses, rates * rates * masses
+        for name, values in (("damping", damping), ("stiffness", stiffness)):
+            for k, value in enumerate(values.tolist()):
+                finite(f"{name} of mode {k + 1}", value)
         return cls.__new__(cls)._set(
             mass=np.diag(masses),
-            damping=np.diag(2.0 * ratios * rates * masses),
-            stiffness=np.diag(rates * rates * masses),
+            damping=np.diag(damping),
+            stiffness=np.diag(stiffness),
             boxes=vectors,
             points=vectors,
             base_shares=shares,
