@@ -135,7 +135,7 @@ def test_a_motion_that_is_not_expected_is_named() -> None:
     assert (found.branch.values == 0).all()
     assert found.first_end.values[1] == "the run at 4.7 is R1 L1, not R2 L1"
     text = make({"orbits": found}, SpecialPoints.model_construct()).markdown()
-    assert "three (restitution 0.5) ends where the run at 4.7 is R1 L1, not R2 L1" in text
+    assert "Ends of three (restitution 0.5): the run at 4.7 is R1 L1, not R2 L1; " in text
 
 
 def test_table(branches: xr.Dataset) -> None:

@@ -213,6 +213,20 @@ def test_of_several_masses_one_is_drawn_over_its_own_clearance_or_chatter_of_any
     assert [patch.get_x() for patch in ax.patches] == [pytest.approx(0.85)]
 
 
+def test_a_long_legend_takes_no_height_of_the_panels() -> None:
+    """With theory it has five lines in one column; labels of two rows ran into one another."""
+    given = {"mass_ratio": 0.1, "damping_ratio": 0.1, "frequency_ratio": 1.0, "transient": 2}
+    axes = {"clearance": [4.0, 5.0, 6.0], "restitution": [0.4, 0.6], "periods": 3}
+    cube = simulate(**given, **axes, follow={"clearance": "both"})
+    look = {"along": "clearance", "rows": "restitution", "variables": ["displacement"]}
+    plain, long = (drawn(cube, **look, theory=theory) for theory in (None, "two_impacts"))
+    assert len(drawing.legend_texts(long)) > len(drawing.legend_texts(plain)) > 3
+    for figure in (plain, long):
+        figure.draw_without_rendering()
+    free, taken = (figure.axes[0].get_window_extent().height for figure in (plain, long))
+    assert taken > 0.9 * free
+
+
 def test_amplitudes_are_points_of_each_direction_over_the_undamped_curve() -> None:
     """Points, for a line would join what lies on either side of a jump."""
     cube = simulated(follow={"frequency_ratio": "both"})

@@ -203,7 +203,7 @@ def draw(results: Mapping[str, Any], settings: Bifurcation) -> Figure:
     remarks = _remarks(place, variables)
     if settings.about_orbits:
         remarks.append("about stable motions")
-    return panels.finish(figure, place, settings.caption, handles, remarks)
+    return panels.finish(figure, place, settings.caption, handles, remarks, room=3)
 
 
 def _shown(cube: xr.Dataset, settings: Bifurcation) -> xr.Dataset:

@@ -44,13 +44,13 @@ def make(results: Mapping[str, Any], settings: SpecialPoints) -> Table:
             columns = {other: "curve_other_value", "value": "curve_value", "word": "curve_word"}
             rows += _rows({**place, "point": kind}, curve, **columns)
             ends.append(
-                f"The {kind} along {along} and {other} ends where "
-                f"{curve.curve_first_end.item()}, and where {curve.curve_last_end.item()}."
+                f"Ends of the {kind} along {along} and {other}: "
+                f"{curve.curve_first_end.item()}; {curve.curve_last_end.item()}."
             )
         shown = ", ".join(f"{label_of(name)} {value:g}" for name, value in where.items())
         ends.append(
-            f"{motion}{f' ({shown})' if shown else ''} ends where "
-            f"{branch.first_end.item()}, and where {branch.last_end.item()}."
+            f"Ends of {motion}{f' ({shown})' if shown else ''}: "
+            f"{branch.first_end.item()}; {branch.last_end.item()}."
         )
     places = dict.fromkeys([*others, *over])
     data = pd.DataFrame(rows, columns=["motion", *places, "point", "along", "value", "word"])
