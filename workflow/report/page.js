@@ -121,7 +121,8 @@ damper.measured = (run, rows) => {
     const middle = (row[2] + v) / 2, bend = (3 * (row[1] - x) / (h || 1) - 3 * middle) / 2;
     for (const part of [-0.7745966692414834, 0, 0.7745966692414834]) {
       const weight = h * (part ? 5 : 8) / 18, speed = middle + part * (row[2] - v) / 2 + bend * (1 - part * part);
-      const way = x + (row[1] - x) * (1 + part) / 2;
+      const u = (1 + part) / 2, step = row[1] - x;
+      const way = x + step * u + u * (1 - u) * ((1 - u) * (h * v - step) - u * (h * row[2] - step));
       work += weight * free.strength * Math.sin(omega * (t + (1 + part) * h / 2) + phase) * speed;
       dashpot += weight * 2 * free.damping * speed * speed;
       square += weight * way * way;
