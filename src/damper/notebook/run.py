@@ -87,6 +87,7 @@ class Run:
     def bursts(self) -> pd.DataFrame:
         """Bursts that begin within its motion; see `damper.analysis.list_bursts`.
 
+        One may go on after the motion, but not beyond the cycle in which that ends: it is left out.
         Onsets count from the start of the run, as all its times do.
         """
         found = list_bursts(self.cube)
