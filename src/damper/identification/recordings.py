@@ -17,7 +17,7 @@ from damper.parameters.files import path_of
 from damper.parameters.names import NAMES_BY_SYMBOL, unknown_name
 from damper.parameters.quantities import ALL, si_units
 from damper.parameters.quantity import finite, real
-from damper.parameters.record_file import Reading, read_samples
+from damper.parameters.record_file import Reading, read_samples, two_columns
 from damper.parameters.unit_text import each_number, number_in
 
 #: Kind of record -> SI unit of its values, and what it is in words.
@@ -265,20 +265,21 @@ def read_recording(
     """
     path_of(path)
     about = {"label": Path(path).name} | about
+    own = [one.name for one in fields(Recording) if one.name not in ("times", "values")]
     for name in about:
-        if name not in (settings := [one.name for one in fields(Recording)]):
-            raise unknown_name("setting of a record", name, settings)
+        if name not in own:
+            raise unknown_name("setting of a record", name, [*own, *Reading._fields])
     _check_kind(kind)
-    columns = [columns] if isinstance(columns, str | int) else columns
+    columns = None if columns is None else two_columns(columns)
     unit = KINDS[kind][0]
     is_sound = kind == "impacts" and Path(path).suffix.lower() == ".wav"
     if kind in TIMES and not is_sound:
         if step is not None or factor is not None:
             raise ValueError(f"{path}: step and factor are of values: {kind} have times alone")
         if Path(path).suffix.lower() != ".mat":
-            columns = (columns or [0])[:1]
-        times = read_samples(path, ("s", unit), Reading(columns, delimiter, 1.0)).values
-        return Recording(times, None, kind, **about)
+            columns = (columns or (0,))[:1]
+        found = read_samples(path, ("s", unit), Reading(columns, delimiter, 1.0))
+        return Recording(found.values, None, kind, unit=found.unit, **about)
     found = read_samples(path, ("s", unit), Reading(columns, delimiter, step, factor))
     if is_sound:
         blank = about.pop("blank", None) or DEAD_TIME

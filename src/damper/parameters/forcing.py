@@ -15,7 +15,7 @@ from weakref import WeakValueDictionary
 from damper.parameters.files import path_of, state_of
 from damper.parameters.names import unknown_name
 from damper.parameters.quantity import Quantity, finite, in_range, real, whole
-from damper.parameters.record_file import Reading, read_samples
+from damper.parameters.record_file import Reading, read_samples, two_columns
 from damper.parameters.units import AMPLITUDES, FORCE, FREE
 
 #: Highest order of a harmonic: the engine has a place for each one below it.
@@ -487,7 +487,7 @@ class Record(_Sampled):
         _one_of("Record.after", after, get_args(After))
         file = path_of(path)
         if columns is not None:
-            columns = _columns(columns)
+            columns = two_columns(columns)
         for name, number in (("step", step), ("factor", factor)):
             least = 0.0 if name == "step" else -math.inf
             if number is not None and not (real(name, number) and least < number < math.inf):
@@ -840,18 +840,6 @@ def _wrong_sample(time: Any, value: Any) -> tuple[str, int | None, str] | None:
     if not value.any():
         return "value", None, " is zero everywhere: give damper.NoForce()"
     return None
-
-
-def _columns(given: Any) -> tuple[str | int, ...]:
-    found: Any = (given,) if isinstance(given, str | int) else ()
-    if not found and isinstance(given, Iterable):
-        found = tuple(given)
-    is_name = [isinstance(one, str | int) and not isinstance(one, bool) for one in found]
-    if is_name not in ([True], [True, True]):
-        raise ValueError(
-            f"columns = {given!r}: must be those of time and value, names or numbers from 0"
-        )
-    return found
 
 
 @lru_cache(maxsize=4)

@@ -7,7 +7,7 @@ import io
 import os
 import re
 import unicodedata
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property, partial
 from itertools import islice
 from pathlib import Path
@@ -103,6 +103,19 @@ def columns_of(text: Any) -> Any:
         cells = (cell.strip() for cell in text.split(","))
         return [int(cell) if cell.isdecimal() else cell for cell in cells]
     return [text] if isinstance(text, int) else text
+
+
+def two_columns(given: Any) -> tuple[str | int, ...]:
+    """Return one column or two, names or numbers; ValueError for anything else."""
+    found: Any = (given,) if isinstance(given, str | int) else ()
+    if not found and isinstance(given, Iterable):
+        found = tuple(given)
+    is_name = [isinstance(one, str | int) and not isinstance(one, bool) for one in found]
+    if is_name not in ([True], [True, True]):
+        raise ValueError(
+            f"columns = {given!r}: must be those of time and value, names or numbers from 0"
+        )
+    return found
 
 
 class Samples(NamedTuple):
