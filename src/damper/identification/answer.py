@@ -55,7 +55,8 @@ class Identification:
     """The damper with these values."""
     correlation: pd.DataFrame
     profile: pd.DataFrame
-    """Least `sum_of_squares`, over its least value, where one quantity has another `value`."""
+    """Least `sum_of_squares`, over its least value, where one quantity has another `value`, in its
+    `unit`."""
     motion: pd.DataFrame
     """`record`, `time`, `measured`, `computed` and `residual`."""
     impacts: pd.DataFrame
@@ -304,7 +305,10 @@ def _answer(fitter: Fitter, fit: Fit, assumed: list[str]) -> Identification:
     }
     with np.errstate(invalid="ignore"):
         correlation = pd.DataFrame(fit.covariance / np.outer(errors, errors), labels, labels)
-    rows = [(labels[j], other.point[j], other.cost / (fit.cost or 1.0)) for j, other in others]
+    rows = [
+        (labels[j], other.point[j], unknowns[j].unit, other.cost / (fit.cost or 1.0))
+        for j, other in others
+    ]
     motion, impacts, rms = _compared(problem, fit)
     values = problem.values_of(fit.point, 0)
     parameters = problem.start(values, 0.0)[0]
@@ -320,7 +324,7 @@ def _answer(fitter: Fitter, fit: Fit, assumed: list[str]) -> Identification:
         values=pd.DataFrame(columns),
         parameters=parameters,
         correlation=correlation,
-        profile=pd.DataFrame(rows, columns=["quantity", "value", "sum_of_squares"]),
+        profile=pd.DataFrame(rows, columns=["quantity", "value", "unit", "sum_of_squares"]),
         motion=motion,
         impacts=impacts,
         records=tuple(problem.records),

@@ -13,6 +13,7 @@ from damper.figures.common.style import BLACK, BLUE, ORANGE, save, style
 from damper.identification.recordings import KINDS
 from damper.parameters.lazy import Figure
 from damper.sizing.page import html_of, prepare
+from damper.sizing.words import text_of
 from damper.study.yaml_file import dump_yaml
 from damper.tables import Table
 
@@ -56,7 +57,14 @@ def _body(found: Identification) -> Iterator[str | pd.DataFrame]:
     yield frame.rename_axis("quantity").reset_index()
     yield "## Profile"
     yield "Least sum of squares where one quantity is off its value, over that of the fit."
-    yield found.profile.map(lambda cell: f"{cell:.6g}" if isinstance(cell, float) else cell)
+    shown = found.profile.assign(
+        value=[
+            text_of(value, unit, 6)
+            for value, unit in found.profile[["value", "unit"]].itertuples(index=False)
+        ],
+        sum_of_squares=[f"{value:.6g}" for value in found.profile.sum_of_squares],
+    )
+    yield shown.drop(columns="unit")
     yield "## What was assumed"
     noise = [f"The residual of {label} has the rms {rms}." for label, rms in found.rms_text.items()]
     yield "\n".join(f"- {text}" for text in (*noise, *found.assumed))
