@@ -230,7 +230,13 @@ def _read(machine: Any, known: Mapping[str, Any]) -> tuple[dict[str, Any], dict[
     values = {**(machine or {}), **known}
     if "structure" in values:
         raise ValueError("structure: the machine of records has one primary mass: leave it out")
-    about |= {name: values.pop(name) for name in ("starts", "ranges", "records") if name in values}
+    beside = ("starts", "ranges", "records")
+    about |= {name: values.pop(name) for name in beside if name in values}
+    kind = SIParameters if is_si(values) else Parameters
+    names = [*(q.name for q in kind.quantities), *INITIAL_NAMES, "forcing", "masses", *WALL_TABLES]
+    for name in values:
+        if name not in names and not split(name):
+            raise unknown_name("parameter", name, [*names, *beside])
     if isinstance(values.get("forcing"), Mapping):
         given = dict(values["forcing"])
         file = given.pop("file", None)
