@@ -18,6 +18,7 @@ from damper.identification.fit import Fit, Fitter
 from damper.identification.problem import RecordedDamper, Unknown, _heard
 from damper.shell import main
 from damper.sizing.answer import cube_of
+from damper.sizing.words import text_of
 from damper.study.yaml_file import dump_yaml
 from damper.sweep.points import one_run
 
@@ -336,6 +337,10 @@ def test_decay_page_and_study(tmp_path, monkeypatch):
     found.save(tmp_path / "page")
     html = (tmp_path / "page" / "identification.html").read_text()
     assert "<svg" in html
+    profile = pd.read_csv(tmp_path / "page" / "profile.csv")
+    unit = {"restitution": "1", "gap": "m"}
+    assert profile.unit.tolist() == [unit[name] for name in profile.quantity]
+    assert f"<td>{text_of(profile.value.iloc[-1], 'm', 6)}</td>" in html
     study = yaml.safe_load((tmp_path / "page" / "studies" / "record_0.yaml").read_text())
     cube = cube_of(study)
     times = cube.trajectory_time.values
@@ -491,6 +496,9 @@ def test_files(tmp_path):
     assert found.values.tolist() == [9.80665, -9.80665]
     (tmp_path / "i.csv").write_text("interval (s)\n0.5\n0.4\n")
     assert damper.read_recording(tmp_path / "i.csv", "intervals").times.tolist() == [0.5, 0.4]
+    assert damper.read_recording(tmp_path / "i.csv", "intervals").unit == "s"
+    with pytest.raises(ValueError, match=r"columns = \[0, 1, 2\]: must be those of time and value"):
+        damper.read_recording(tmp_path / "a.csv", "acceleration", columns=[0, 1, 2])
 
 
 @pytest.mark.parametrize(
@@ -513,6 +521,9 @@ def test_files(tmp_path):
         ({"free": ["r"], "restitution_table": [(1, 0.5)]}, "the two exclude each other"),
         ({"free": ["r"], "kind": "sound"}, "unknown kind 'sound'"),
         ({"free": ["d"], "stiffnes": 3.0}, "unknown parameter 'stiffnes'"),
+        ({"free": ["d"], "free_mas": "3 g"}, "'free_mas' (did you mean 'free_mass'?)"),
+        ({"free": ["d"], "record": []}, "'record' (did you mean 'records'?)"),
+        ({"free": ["gap"], "machine": None}, "free: gap is in SI units, and the damper is dimens"),
         ({"free": 3}, "free = 3: must be a list of names"),
         ({"free": ["r"], "starts": [0.5]}, "starts = [0.5]: must be a mapping of names"),
         ({"free": ["r"], "starts": {"r": [0.5]}}, "starts: restitution = [0.5]: must be a real"),
@@ -528,6 +539,10 @@ def test_files(tmp_path):
             {"free": ["r"], "machine": {"records": [{"file": "a.csv", "nois": 1}]}},
             "unknown setting of a record 'nois' (did you mean 'noise'?)",
         ),
+        (
+            {"free": ["r"], "machine": {"records": [{"file": "a.csv", "colums": [0, 1]}]}},
+            "unknown setting of a record 'colums' (did you mean 'columns'?)",
+        ),
     ],
 )
 def test_mistakes_are_named(asked, message, tmp_path):
@@ -536,6 +551,18 @@ def test_mistakes_are_named(asked, message, tmp_path):
     with pytest.raises((ValueError, TypeError)) as error:
         damper.identify(tmp_path / "a.csv", **{"machine": frame, **asked})
     assert message in str(error.value)
+
+
+def test_samples_that_show_no_motion_are_refused():
+    times = np.linspace(0.0, 0.7, 281)
+    for value in (0.0, 1e-3):
+        still = damper.Recording(times, 0.0 * times + value, label="still")
+        with pytest.raises(ValueError, match=rf"^still: all values are {value:g}: must show a mot"):
+            problem(still, ["gap"])
+    coarse = damper.Recording(1e3 * times, np.sin(times), label="coarse")
+    with pytest.raises(ValueError, match=r"^coarse: a step of 2.5 s, and a period .* of 0.314 s"):
+        problem(coarse, ["gap"])
+    problem(coarse, ["gap", "stiffness"])  # whose period is not known
 
 
 def test_a_quantity_of_one_of_several_masses_may_be_unknown():
@@ -595,6 +622,10 @@ def test_command(tmp_path):
     done = CliRunner().invoke(main, [*given, "--start", "r"])
     assert done.exit_code == 1
     assert "--start r: must be NAME=VALUE" in done.output
+    for name in ("restitution", "r"):
+        done = CliRunner().invoke(main, [*given, "--known", f"{name}=0.5"])
+        assert done.exit_code == 1
+        assert f"--known {name}: is unknown by --free r: must be --start" in done.output
     done = CliRunner().invoke(main, ["identify", str(tmp_path / "gold.csv"), *given[2:]])
     assert "gold.csv: there is no such file; did you mean 'golf.csv'?" in done.output
     done = CliRunner().invoke(main, ["identify", str(tmp_path / "x/golf.csv"), *given[2:]])

@@ -23,7 +23,7 @@ from damper.parameters.masses import (
     with_own,
 )
 from damper.parameters.names import NAMES_BY_SYMBOL, common_name, split, unknown_name
-from damper.parameters.quantities import ALL, INITIAL_NAMES, is_si
+from damper.parameters.quantities import ALL, INITIAL_NAMES, SI_ONLY, is_si
 from damper.parameters.quantity import Quantity, finite
 from damper.parameters.tables import TABLE_OF
 from damper.parameters.units import SI_UNITS
@@ -160,6 +160,7 @@ class RecordedDamper:
         self.given = {name: finite(f"starts: {name}", value) for name, value in given}
         self.ranges = dict(zip(names["ranges"], ranges.values(), strict=True))
         self._check_units()
+        self._check_samples()
         self.unknowns = list(self._all())
         #: Samples of each record that impacts hide, of every run the same: else a run that hides
         #: more might leave out the largest noise.
@@ -186,6 +187,11 @@ class RecordedDamper:
         if found not in allowed and self.si:
             found = SI_NAME.get(found, found)
         common, k = split(found) or (found, -1)
+        if not self.si and common in SI_ONLY:
+            raise ValueError(
+                f"{what}: {name} is in SI units, and the damper is dimensionless: must be of a "
+                "machine in SI units (primary_mass, stiffness, ...)"
+            )
         if common not in allowed:
             raise unknown_name(f"name in {what}", name, allowed, SI_NAME if self.si else ())
         if k >= len(self.masses):
@@ -198,6 +204,23 @@ class RecordedDamper:
                 raise ValueError(
                     f"{record.label}: is in {record.unit}, and the damper is dimensionless: must "
                     "be a damper in SI units (primary_mass, stiffness, ...)"
+                )
+
+    def _check_samples(self) -> None:
+        """Raise ValueError where samples show no motion, or one slower than the machine's."""
+        period = math.tau / self.rate
+        is_known = {"stiffness", "primary_mass"}.isdisjoint(self.free)
+        for record in self.records:
+            if record.is_sampled and not np.ptp(record.values):
+                raise ValueError(
+                    f"{record.label}: all values are {record.values[0]:g}: must show a motion"
+                )
+            if record.is_sampled and is_known and record.step > period:
+                unit = " s" if self.si else ""
+                raise ValueError(
+                    f"{record.label}: a step of {record.step:.3g}{unit}, and a period of the "
+                    f"machine of {period:.3g}{unit}: must be several samples in a period; the head "
+                    "of the file may say another unit of time, such as ms"
                 )
 
     def size(self, k: int) -> float:

@@ -329,6 +329,8 @@ def identify(
     damper identify clicks.wav --kind impacts --free r,d --machine frame.yaml --output found
     """
     from damper.identification.page import FILES
+    from damper.parameters.dampers import SI_NAME
+    from damper.parameters.names import NAMES_BY_SYMBOL
     from damper.parameters.record_file import columns_of
     from damper.sizing.page import prepare
 
@@ -336,14 +338,23 @@ def identify(
         if output:
             prepare(Path(output), [machine, *records], FILES)
         reading["columns"] = columns_of(columns)
+        unknown = [name.strip() for name in free.split(",")]
+        usual = [NAMES_BY_SYMBOL.get(name, name) for name in unknown]
+        given = _pairs("--known", known)
+        for name in given:
+            if name in (*unknown, *usual, *map(SI_NAME.get, usual)):
+                raise click.ClickException(
+                    f"--known {name}: is unknown by --free {free}: must be --start {name}=VALUE "
+                    "for a first guess, or left out of one of them"
+                )
         found = damper.identify(
             [damper.read_recording(path, kind, **reading) for path in records],
-            [name.strip() for name in free.split(",")],
+            unknown,
             machine,
             kind=kind,
             starts=_pairs("--start", start),
             ranges=_pairs("--range", span),
-            **_pairs("--known", known),
+            **given,
         )
         click.echo(repr(found))
         if output:
