@@ -119,6 +119,7 @@ def test_arguments_are_the_quantities_and_the_settings() -> None:
         ),
         ({"restitution": [0.5, "b"]}, "restitution = 'b': must be a real number"),
         ({"restitution": {0.5}}, "restitution = {0.5}"),
+        ({"masses": np.array(0.3)}, r"masses = array\(0.3\): must be a sequence of mappings"),
         ({"phase": [[0.1, 0.2]]}, "phase.*one-dimensional"),
         ({"phase": []}, "phase.*one-dimensional"),
         ({"clearance": (0.5, True)}, "clearance = True: must be a real number"),
@@ -165,6 +166,8 @@ def test_units_that_are_not_taken_are_refused() -> None:
     in_metres = (1e-3 * gaps).assign_attrs(units="m")
     cube = simulate(**OF_A_MACHINE | {"gap": in_metres}, **SHORT)
     assert cube.identical(simulate(**OF_A_MACHINE | {"gap": cube.gap}, **SHORT))
+    with pytest.raises(TypeError, match="stiffness = 'soft': must be a real number"):
+        simulate(**OF_A_MACHINE | {"stiffness": "soft"}, **SHORT)
     for amplitude in ("2 N", ["2 N"]):
         with pytest.raises(ValueError, match="force_amplitude = '2 N': has the unit 'N'"):
             simulate(**POINT, force_amplitude=amplitude, **SHORT)

@@ -119,6 +119,10 @@ def test_sequences_make_dimensions():
     }  # fmt: skip
     assert cube.gap_0.values.tolist() == [0.04, 0.06]
     assert cube.gap_0.units == "m"
+    series = pd.Series(frequencies, index=[3, 4])
+    assert cube.identical(damper.simulate(masses=masses, forcing_frequency=series, **one))
+    with pytest.raises(ValueError, match="forcing_frequency: must be a number or a non-empty"):
+        damper.simulate(masses=masses, forcing_frequency=[], **one)
     with pytest.raises(ValueError, match=r"on a structure.*damper\.run\(parameters\.having"):
         cube.damper.run(gap_0=0.06)
     alone = damper.run(on(BALL | {"gap": 0.06}, forcing_frequency="1.5 Hz"), until=1 / 1.5)
@@ -294,6 +298,10 @@ def test_statistics_are_those_of_the_structure_and_of_each_mass():
         ({"gap_0": []}, "gap_0: must be a number or a non-empty"),
         ({"gap_0": np.linspace(0.01, 0.1, 10_001)}, "gap_0: too many points, at most 10000"),
         ({"periods": 0}, "periods = 0"),
+        ({"periods": 1e300}, r"1e\+300 cycles \(transient \+ periods\): must be at most 1000000"),
+        ({"observers": "respnse"}, r"'respnse' \(did you mean 'response'\?\)"),
+        ({"observers": 0.5}, "observers = 0.5: must be names"),
+        ({"follow": np.ones(2)}, "follow is not known on a structure"),
     ],
 )
 def test_mistakes_in_a_grid_are_named(given, message):

@@ -83,6 +83,21 @@ def class_in(module: ModuleType, base: type[Base]) -> type[Base]:
     )
 
 
+def requests(requested: Any) -> list[tuple[Any, Any]]:
+    """Return the observers that are asked for, each with its settings, or None for its defaults.
+
+    `requested` is as for `make_observers`; TypeError where it is neither names nor a mapping.
+    """
+    if isinstance(requested, Mapping):
+        return [*requested.items()]
+    named = [requested] if isinstance(requested, str) else requested
+    if not isinstance(named, Iterable) or getattr(named, "shape", None) == ():
+        raise TypeError(
+            f"observers = {requested!r}: must be names, or a mapping from names to settings"
+        )
+    return [(name, None) for name in named]
+
+
 def make_observers(
     requested: Iterable[str] | Mapping[str, Mapping[str, Any] | None], boxes: bool = False
 ) -> list[Any]:
@@ -108,16 +123,9 @@ def make_observers(
     TypeError
         For what are not names or settings.
     """
-    if isinstance(requested, str):
-        requested = [requested]
-    if not isinstance(requested, Iterable):
-        raise TypeError(
-            f"observers = {requested!r}: must be names, or a mapping from names to settings"
-        )
-    pairs = requested.items() if isinstance(requested, Mapping) else ((n, None) for n in requested)
     made: list[Any] = []
     owner: dict[str, str] = {}
-    for name, given in pairs:
+    for name, given in requests(requested):
         if not isinstance({} if given is None else given, Mapping):
             raise TypeError(f"observers: {name} = {given!r}: must be a mapping of settings")
         if not all(isinstance(key, str) for key in given or ()):

@@ -366,6 +366,9 @@ class Parameters(QuantityClass):
     def _check_each(self) -> None:
         """Check what each of several masses comes to."""
         if self.masses is None:
+            if self.restitution_table is None:
+                # Infinity, what stands there where a table is given, is no coefficient.
+                _QUANTITIES["restitution"].check(self.restitution)
             for name in _FACTORS:
                 if getattr(self, name) != 1.0:
                     raise ValueError(f"{name} = {getattr(self, name)!r} without masses: give both")

@@ -83,7 +83,8 @@ def listed(given: Any, names: Sequence[str] = (*OF_ANY_MASS, *WALL_TABLES)) -> l
             if name not in EQUAL:
                 raise unknown_name("key of masses", name, EQUAL)
         return equal_masses(**given)
-    if isinstance(given, str | bytes | Mapping) or not isinstance(given, Iterable):
+    unlisted = isinstance(given, str | bytes | Mapping) or getattr(given, "shape", None) == ()
+    if unlisted or not isinstance(given, Iterable):
         raise TypeError(
             f"masses = {given!r}: must be a sequence of mappings, one for each mass, "
             "or {'count': 4, 'clearance_spread': 0.2}"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damper.observers import observer_class
+from damper.observers import observer_class, requests
 from damper.parameters import Parameters, SIParameters, State
 from damper.parameters.forcing import HARMONIC, Forcing, read_forcing
 from damper.parameters.masses import listed, own_names, own_values, refuse_untaken, taken_by_none
@@ -142,16 +142,18 @@ def simulate(
             "restitution_table_left": restitution_table_left,
         }
         given |= {name: value for name, value in tabled.items() if value is not None}
-        asked = {} if observers is USUAL else dict(_with_settings(observers))
+        asked = [] if observers is USUAL else requests(observers)
         _refuse_on_structures(
-            observers=[n for n in asked if "structure" not in observer_class(n).models],
-            follow=follow,
-            initial=initial != "rest",
-            draws=draws,
+            observers=any("structure" not in observer_class(n).models for n, _ in asked),
+            follow=_is_given(follow),
+            initial=not (isinstance(initial, str) and initial == "rest"),
+            draws=_is_given(draws),
         )
         with progress_bar() as progress:
             on_structure: Any = parameters
-            return simulate_structure(on_structure, given, run, state, progress, asked, workers)
+            return simulate_structure(
+                on_structure, given, run, state, progress, dict(asked), workers
+            )
     for name in given:
         if name not in ALL:
             raise unknown_name("argument", name, _SIGNATURE.parameters)
@@ -285,6 +287,7 @@ def _fixed_and_axes(
         except ValueError:
             raise ValueError(f"{wanted}, not {value!r}") from None
         if column.ndim == 0:
+            real(name, value)
             fixed[name] = value
             continue
         if column.ndim != 1 or column.size == 0:
@@ -313,17 +316,14 @@ def _placed(observers: Any, axes: Mapping[str, Sequence[float]]) -> Any:
     return found
 
 
-def _with_settings(
-    observers: Iterable[str] | Mapping[str, Mapping[str, Any] | None],
-) -> Mapping[str, Mapping[str, Any] | None]:
-    """Observers with their settings."""
-    return observers if isinstance(observers, Mapping) else dict.fromkeys(observers)
+def _is_given(value: Any) -> bool:
+    return value is not None and not (isinstance(value, Mapping) and not value)
 
 
-def _refuse_on_structures(**given: Any) -> None:
-    """Raise TypeError for an argument that runs on structures do not know."""
-    for name, value in given.items():
-        if value:
+def _refuse_on_structures(**given: bool) -> None:
+    """Raise TypeError for an argument that is given, and that runs on structures do not know."""
+    for name, is_given in given.items():
+        if is_given:
             raise TypeError(
                 f"{name} is not known on a structure: all of its points, masses and modes are "
                 "always measured, in one run from rest or from state; leave it out"

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from damper.observers.common.base import Observer
 
 MOST_PERIODS = 1_000_000_000
+#: Most cycles of a run on a structure: more take days.
+MOST_CYCLES = 1_000_000
 """Of one run, a thousand times the longest that has been checked. No budget of events ends a run
 without impacts: of these it takes 17 minutes."""
 MOST_SECONDS = 30 * 86400.0

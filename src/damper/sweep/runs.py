@@ -128,11 +128,12 @@ def run_points(
         lengths = [settings.cycles(1.0, 0.0)]
     longest = max(lengths, key=sum)
     ends = lengths if settings.timed else lengths * len(read)
-    for point, cycles in zip(read, ends, strict=False):
+    stationary = [observer for observer in made if observer.throughout]
+    for point, cycles in zip(read, ends, strict=False) if stationary else ():
         force, unit = point.parameters.forcing, point.units.time
         begun = state.time if state else 0.0
         end = begun + point.parameters.cycle * unit * sum(cycles)
-        for observer in made:
+        for observer in stationary:
             observer.require_drive(force.kind, force.end * unit, end)
     copies = len(set(map(id, forces)))
     rows = [_observed(points, observer) for observer in made]

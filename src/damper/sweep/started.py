@@ -78,7 +78,7 @@ class OngoingRun:
         if real("until", until) < self.time:
             raise ValueError(f"until = {until!r}: must be >= {self.time!r}, the time reached")
         if self._started.trajectory.status != FINISHED:
-            raise ValueError(f"the run stopped early, at {self.events['time'][-1]!r}")
+            raise ValueError(f"the run stopped early, at {float(self.events['time'][-1])!r}")
         found, self._new = [*self._new, *self._run_to(until)], []
         return self._started.table(found)
 

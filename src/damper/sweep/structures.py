@@ -23,6 +23,7 @@ from damper.parameters.tables import WALL_TABLES
 from damper.parameters.unit_text import number_in
 from damper.parameters.variables import SI_UNITS
 from damper.sweep.cube import described
+from damper.sweep.estimate import MOST_CYCLES
 from damper.sweep.progress import Progress
 
 #: Work of runs (`StructureParameters.work`) that takes plain Python longer than to compile.
@@ -153,7 +154,7 @@ def simulate_structure(
     run_through = [name for name in values if _runs(values[name]) and name not in WALL_TABLES]
     named = {name: values.pop(name) for name in run_through}
     if parameters is None:
-        first = values | {name: along[0] for name, along in named.items()}
+        first = values | {name: _sequence(name, along)[0] for name, along in named.items()}
         made = {name: first.pop(name) for name in [*first] if name in _KNOWN}
         parameters = StructureParameters.of_any(**made).having(first)
     else:
@@ -164,6 +165,11 @@ def simulate_structure(
     settings = RunSettings(**run)
     begun = 0.0 if state is None else state.time
     cycles = settings.cycles(parameters.cycle, parameters.forcing.end - begun)
+    if sum(cycles) > MOST_CYCLES:
+        raise ValueError(
+            f"periods: {cycles[0]:g} + {cycles[1]:g} cycles (transient + periods): must be at most "
+            f"{MOST_CYCLES} in a run on a structure"
+        )
     engine = {"accuracy": settings.accuracy, "max_events": settings.max_events}
     watching = of_all_masses(observers or {}, len(parameters.each))
     more = {
@@ -205,11 +211,18 @@ def _numbers(parameters: StructureParameters, name: str, along: Any) -> list[flo
     """Check the values of an axis."""
     quantity = parameters.quantity_of(name)
     along = number_in(name, along, [quantity.units])
-    along = np.asarray(along).tolist() if hasattr(along, "__array__") else along
-    if np.ndim(along) != 1 or len(along) == 0:
-        raise ValueError(f"{name}: must be a number or a non-empty one-dimensional sequence")
-    found = [quantity.check(v.item() if isinstance(v, np.generic) else v) for v in along]
+    found = [
+        quantity.check(v.item() if isinstance(v, np.generic) else v) for v in _sequence(name, along)
+    ]
     most, times = Counter(found).most_common(1)[0]
     if times > 1:
         raise ValueError(f"{name}: {most!r} is given {times} times")
     return found
+
+
+def _sequence(name: str, along: Any) -> list[Any]:
+    """Return the values of an axis as a list, whatever class they come in."""
+    along = np.asarray(along).tolist() if hasattr(along, "__array__") else along
+    if np.ndim(along) != 1 or len(along) == 0:
+        raise ValueError(f"{name}: must be a number or a non-empty one-dimensional sequence")
+    return list(along)

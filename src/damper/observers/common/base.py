@@ -59,7 +59,7 @@ class Observer:
     is_first = True
     """Whether it is the first one of those for several masses."""
     throughout = False
-    """Whether a record or noise must last as long as the window."""
+    """Whether noise must last as long as the window."""
     settings: ClassVar[dict[str, Setting]] = {}
     """The class's own first, then those of its bases."""
 
@@ -100,10 +100,10 @@ class Observer:
         return type(self).__module__.rpartition(".")[2]
 
     def require_drive(self, kind: str, last: float, end: float) -> None:
-        """Raise ValueError for a window that ends at `end`, after its record or noise does."""
-        if self.throughout and 0.0 < last < end * (1.0 - 1e-9):
+        """Raise ValueError for a window that ends at `end`, after its noise does."""
+        if self.throughout and kind == "noise" and last < end * (1.0 - 1e-9):
             raise ValueError(
-                f"{self.name}: the window ends at {end:g}, after the {kind}, which ends at "
+                f"{self.name}: the window ends at {end:g}, after the noise, which ends at "
                 f"{last:g}: must be a window within it"
             )
 

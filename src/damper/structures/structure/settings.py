@@ -39,11 +39,10 @@ from damper.study.products import check_listed
 from damper.study.settings import OBSERVER_SETTINGS, AxisValues, given_settings, numbers_at
 from damper.study.study_file import ProductBase, StudyFile
 from damper.study.yaml_file import words_of
+from damper.sweep.estimate import MOST_CYCLES
 
 _NONE: dict[str, Any] = {}
 _HERE = "damper.structures.structure"
-#: More cycles take days.
-MOST_CYCLES = 1_000_000
 #: Work (`StructureParameters.work`) that takes compiled code some seconds.
 _WORK_OF_A_JOB = 200_000.0
 #: Work that takes plain Python some ten seconds.
