@@ -160,6 +160,7 @@ REFUSED = {
     ),
     "row 0: speed = 0.0: must be": {"restitution_table": [(0, 0.9)]},
     "it is empty": {"restitution_table": []},
+    "must be rows": {"restitution_table": [np.array(0.5)]},
     "restitution = 0.6 and restitution_table: the table says it": BOTH | {"restitution": 0.6},
     "yield_speed (yielding) and restitution_table (tabled) ask for different contact laws": (
         BOTH | {"yield_speed": 0.1}
@@ -172,7 +173,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("message", REFUSED)
 def test_what_is_refused(message: str) -> None:
-    with pytest.raises(ValueError) as caught:  # noqa: PT011
+    with pytest.raises((ValueError, TypeError)) as caught:
         Parameters(**BASE, **REFUSED[message])
     assert message in str(caught.value)
 

@@ -207,6 +207,7 @@ def test_amplitudes_of_forces_have_units_of_their_own():
     MISTAKES["on a structure"]
     + [
         ({"forcing": damper.Base()}, "relative to its base; give damper.Base"),
+        ({"forcing": np.ones(2)}, r"forcing = array\(\[1., 1.\]\): must be a name, or a force"),
         ({"structure": building(force=None)}, "no place of the force; give force="),
         ({"structure": building(boxes={"tip": [0.0, 0.0]})}, "all its weights are zero"),
     ],

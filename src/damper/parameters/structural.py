@@ -319,7 +319,8 @@ class StructureParameters(QuantityClass, shares=SIParameters):
         if not isinstance(self.structure, Structure):
             raise TypeError(f"structure = {self.structure!r}: must be a damper.Structure")
         # Coordinates are relative to the base.
-        values["forcing"] = Base("base") if self.forcing == "base" else read_forcing(self.forcing)
+        based = isinstance(self.forcing, str) and self.forcing == "base"
+        values["forcing"] = Base("base") if based else read_forcing(self.forcing)
         unit = self.forcing.si_unit
         values["force_amplitude"] = number_in("force_amplitude", self.force_amplitude, [unit])
         self.check_each()

@@ -63,7 +63,8 @@ falls while the approach speed rises; the coefficient must fall by at most 0.368
         raise TypeError(f"{wanted}, not {given!r}")
     rows = []
     for k, row in enumerate(given):
-        if isinstance(row, str | bytes | Mapping) or not isinstance(row, Iterable):
+        single = isinstance(row, str | bytes | Mapping) or getattr(row, "shape", None) == ()
+        if single or not isinstance(row, Iterable):
             raise TypeError(f"{wanted}; row {k} is {row!r}")
         pair = [real(f"{name}, row {k}", value) for value in row]
         if len(pair) != 2:
