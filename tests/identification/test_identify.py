@@ -14,7 +14,7 @@ from scipy.io import savemat, wavfile
 import damper
 from damper.identification.answer import _warnings
 from damper.identification.draws import AGREE, Draws
-from damper.identification.fit import Fit, Fitter
+from damper.identification.fit import Fit, Fitter, sum_of_squares
 from damper.identification.problem import RecordedDamper, Unknown, _heard
 from damper.shell import main
 from damper.sizing.answer import cube_of
@@ -393,6 +393,14 @@ def test_chances_of_a_residual_are_those_of_white_noise():
     large, alike, in_part = np.transpose(found)
     for each in (large[:500], large[500:], alike, in_part):
         assert 0.02 < each.mean() < 0.08
+
+
+@pytest.mark.parametrize("count", [3, 10_000, 25_001])
+def test_sums_of_squares_are_of_products_for_one_thread(count):
+    values = np.random.default_rng(count).standard_normal(count)
+    assert sum_of_squares(values) == pytest.approx(math.fsum(values**2), rel=1e-13)
+    parts = np.split(values, range(10_000, count, 10_000))
+    assert sum_of_squares(values) == sum(float(part @ part) for part in parts)
 
 
 def test_one_wrong_sample_is_no_white_noise():

@@ -53,6 +53,9 @@ _SAME = 0.05
 _NOTHING, _HARDLY = 1e-7, 0.04
 #: Variance below which there is no noise.
 _TINY = 1e-24
+#: Numbers of a vector for whose product OpenBLAS takes one thread. With more of them threads wait
+#: for each other in a loop, which takes a thousand times as long beside other processes.
+_ONE_THREAD = 10_000
 #: Part of a combination that is named.
 _NAMED = 0.05
 
@@ -70,7 +73,7 @@ class Fit:
     @property
     def cost(self) -> float:
         """Sum of squares over the noise."""
-        return float(self.residuals @ self.residuals)
+        return sum_of_squares(self.residuals)
 
     @cached_property
     def freedom(self) -> int:
@@ -221,7 +224,7 @@ class Fitter:
 
     def keep(self, residuals: np.ndarray, point: np.ndarray) -> None:
         """Keep what was tried on the whole records, whatever their noise turns out to be."""
-        sums = np.array([some @ some for some in _of_each(self.problem.records, residuals)])
+        sums = np.array(list(map(sum_of_squares, _of_each(self.problem.records, residuals))))
         self.sums.append((sums * np.array(self.problem.noise) ** 2.0, point))
 
     def _chance_in_part(self, fit: Fit) -> float:
@@ -333,7 +336,7 @@ class Fitter:
                 there = point.copy()
                 there[self.linear] += step
                 missed = missed + some @ step
-            found.append((float(missed @ missed), there))
+            found.append((sum_of_squares(missed), there))
         if parts[-1] == 1.0:
             self.keep(missed, there)
         return found
@@ -444,6 +447,12 @@ class Fitter:
         ends = np.quantile(points, [_TAIL, 1.0 - _TAIL], axis=0)
         low, high = np.minimum(ends[0], fit.point - span), np.maximum(ends[1], fit.point + span)
         return np.maximum(low, self.bounds[0]), np.minimum(high, self.bounds[1])
+
+
+def sum_of_squares(values: np.ndarray) -> float:
+    """Sum of squares, by products that are short enough for one thread."""
+    parts = (values[k : k + _ONE_THREAD] for k in range(0, len(values), _ONE_THREAD))
+    return float(sum(part @ part for part in parts))
 
 
 def _of_each(records: Sequence[Recording], values: np.ndarray) -> list[np.ndarray]:
