@@ -10,11 +10,13 @@ from zipfile import ZipFile
 
 import numpy as np
 import pytest
+import yaml
 from click.testing import CliRunner
 
 import damper
 from damper.fmu.stepped import PARAMETERS, SteppedMachine
 from damper.shell import main
+from damper.sizing.answer import design
 
 VALUES = {name: setting.default for name, setting in PARAMETERS.items()} | {
     "mass": 100.0,
@@ -226,12 +228,28 @@ def test_a_machine_on_a_base_is_driven_by_the_acceleration_of_it(tmp_path: Path)
     assert "driven by base_acceleration" in made(tmp_path, text=text)
 
 
+@pytest.mark.parametrize("text", [FRAME, FRAME.replace("restitution: 0.3", "")])
+def test_sizes_that_are_left_are_those_for_the_given_ones(text: str, tmp_path: Path) -> None:
+    given = {"largest_mass": 5.0, "restitution": 0.5}
+    found = design(yaml.safe_load(text) | given, quick=True)
+    printed = made(tmp_path, "--free-mass", "5", "--restitution", "0.5", text=text)
+    for line in ("free_mass            5 kg", "restitution          0.5\n"):
+        assert line in printed
+    assert f"gap                  {found.gap:g} m\n" in printed
+
+
 @pytest.mark.parametrize(
     ("options", "text", "message"),
     [
         (["--gap", "-1"], FRAME, "gap = -1.0: must be a number > 0 (m)"),
         (["--output", "frame.zip"], FRAME, "output = 'frame.zip': must end in .fmu"),
-        ([], FRAME.replace("[28, 36]", "[40, 50]"), "free_mass, gap: no closed form holds"),
+        (
+            [],
+            FRAME.replace("[28, 36]", "[40, 50]"),
+            "free_mass, gap: must be given, or found by `damper design`; by the closed forms: band",
+        ),
+        ([], FRAME + "limit: 0.1 mm\n", "by the closed forms: limit = 0.0001 m: no damper of up"),
+        (["--restitution", "2"], FRAME, "restitution = 2.0: must be a number >= 0 and <= 1"),
         ([], STRUCTURE, "structure: an FMU has a machine of one mass"),
         ([], FRAME.replace("natural_freq", "natural_frq"), "did you mean 'natural_frequency'?"),
     ],

@@ -263,12 +263,14 @@ def fmu(machine: str, output: str | None, **given: float | None) -> None:
     damper fmu machine.yaml --free-mass 10kg --gap 1mm --output machine.fmu
     """
     from damper.fmu.build import NEEDS, build_fmu
+    from damper.fmu.stepped import PARAMETERS
 
     path = Path(output or Path(machine).with_suffix(".fmu").name)
     with _in_words():
         sizes = {name: value for name, value in given.items() if value is not None}
         drive, begin = build_fmu(machine, path, sizes)
-    click.echo("".join(f"{name:<21}{value:g}\n" for name, value in begin.items()), nl=False)
+    for name, value in begin.items():
+        click.echo(f"{name:<21}{value:g} {PARAMETERS[name].units}".rstrip())
     click.echo(f"FMU: {path}, driven by {drive}; the machine that imports it needs {NEEDS}")
 
 
