@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from damper.observers.common.base import Observer
 
 MOST_PERIODS = 1_000_000_000
-#: Most cycles of a run on a structure: more take days.
-MOST_CYCLES = 1_000_000
 """Of one run, a thousand times the longest that has been checked. No budget of events ends a run
 without impacts: of these it takes 17 minutes."""
+#: Most cycles of a run on a structure: more take days.
+MOST_CYCLES = 1_000_000
 MOST_SECONDS = 30 * 86400.0
 """Of a job: no queue of a cluster lets one run for longer."""
 MOST_MEMORY = 256 * 10**9
