@@ -87,7 +87,8 @@ class Run:
     def bursts(self) -> pd.DataFrame:
         """Bursts that begin within its motion; see `damper.analysis.list_bursts`.
 
-        One may go on after the motion, but not beyond the cycle in which that ends: it is left out.
+        A burst may go on after the motion. It is left out where it goes on beyond the cycle in
+        which the motion ends.
         Onsets count from the start of the run, as all its times do.
         """
         found = list_bursts(self.cube)

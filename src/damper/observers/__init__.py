@@ -84,7 +84,7 @@ def class_in(module: ModuleType, base: type[Base]) -> type[Base]:
 
 
 def requests(requested: Any) -> list[tuple[Any, Any]]:
-    """Return the observers that are asked for, each with its settings, or None for its defaults.
+    """Return name and settings of each observer; None stands for its default settings.
 
     `requested` is as for `make_observers`; TypeError where it is neither names nor a mapping.
     """

@@ -76,8 +76,7 @@ class Statistics(Observer):
     energy, place and impacts; an energy of approach is that of this mass and the primary alone. On
     a structure the energies of the primary are those of the whole structure.
 
-    Noise must last as long as the window. Everything stays missing where the run
-    stopped early.
+    Noise must last as long as the window. Everything stays missing where the run stopped early.
     """
 
     models = ("rigid", "grounded", "sliding", "structure")

@@ -673,7 +673,7 @@ def read_forcing(given: Any) -> Forcing:
 
 
 def class_of(kind: Any) -> type[Forcing]:
-    """Return the class of a kind of force; one of a user's own where its file is loaded."""
+    """Return the class of a kind of force. A user's own class is known once its file is loaded."""
     loaded = [each for each in Forcing.__subclasses__() if hasattr(each, "kind")]
     known = {each.kind: each for each in loaded} | FORCINGS
     _one_of("kind of forcing", kind, known)
