@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from damper.parameters.models import unknown_model
 from damper.parameters.names import unknown_name
+from damper.parameters.quantity import is_listed
 
 if TYPE_CHECKING:
     from damper.observers.common.base import Observer
@@ -91,7 +92,7 @@ def requests(requested: Any) -> list[tuple[Any, Any]]:
     if isinstance(requested, Mapping):
         return [*requested.items()]
     named = [requested] if isinstance(requested, str) else requested
-    if not isinstance(named, Iterable) or getattr(named, "shape", None) == ():
+    if not is_listed(named):
         raise TypeError(
             f"observers = {requested!r}: must be names, or a mapping from names to settings"
         )

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from damper.parameters.names import MOST_MASSES, OF_A_MASS, OF_ANY_MASS, split, unknown_name
-from damper.parameters.quantity import QuantityClass, in_range, real, whole
+from damper.parameters.quantity import QuantityClass, in_range, is_listed, real, whole
 from damper.parameters.tables import TABLE_OF, WALL_TABLES, read_table
 from damper.parameters.unit_text import number_in
 
@@ -83,8 +83,7 @@ def listed(given: Any, names: Sequence[str] = (*OF_ANY_MASS, *WALL_TABLES)) -> l
             if name not in EQUAL:
                 raise unknown_name("key of masses", name, EQUAL)
         return equal_masses(**given)
-    unlisted = isinstance(given, str | bytes | Mapping) or getattr(given, "shape", None) == ()
-    if unlisted or not isinstance(given, Iterable):
+    if not is_listed(given):
         raise TypeError(
             f"masses = {given!r}: must be a sequence of mappings, one for each mass, "
             "or {'count': 4, 'clearance_spread': 0.2}"

@@ -170,6 +170,13 @@ def real(name: str, value: float) -> float:
         raise TypeError(f"{name} = {value!r}: must be a real number") from None
 
 
+def is_listed(given: Any) -> bool:
+    """Whether it has parts one after the other, and is neither text nor a mapping."""
+    # An array without a dimension counts as iterable, too.
+    other = isinstance(given, str | bytes | Mapping) or getattr(given, "shape", None) == ()
+    return isinstance(given, Iterable) and not other
+
+
 def finite(name: str, value: float) -> float:
     """Return a real number as float; ValueError with name and value where it is not finite."""
     number = real(name, value)

@@ -2,12 +2,12 @@
 
 import math
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
 from damper.parameters.names import split
-from damper.parameters.quantity import real
+from damper.parameters.quantity import is_listed, real
 from damper.parameters.record_file import RecordFile
 
 #: Coefficient of restitution of a wall -> the table that may be given in its place.
@@ -59,12 +59,11 @@ falls while the approach speed rises; the coefficient must fall by at most 0.368
 
         file = RecordFile(given, (unit, "1"), words="approach speed and restitution")
         given = np.transpose(file.samples).tolist()
-    if isinstance(given, bytes | Mapping) or not isinstance(given, Iterable):
+    if not is_listed(given):
         raise TypeError(f"{wanted}, not {given!r}")
     rows = []
     for k, row in enumerate(given):
-        single = isinstance(row, str | bytes | Mapping) or getattr(row, "shape", None) == ()
-        if single or not isinstance(row, Iterable):
+        if not is_listed(row):
             raise TypeError(f"{wanted}; row {k} is {row!r}")
         pair = [real(f"{name}, row {k}", value) for value in row]
         if len(pair) != 2:
